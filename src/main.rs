@@ -1,0 +1,3 @@
+//! The command `bitlight`: see `bitlight --help`.
+
+fn main() {}
