@@ -76,3 +76,55 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+/// The known name that is nearest to `name`, if it is near enough to be what was meant.
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let near = known.into_iter().map(|other| (edits(name, other), other)).min()?;
+    (near.0 <= 2 + name.len() / 4).then_some(near.1)
+}
+
+/// The error for a `name` that is none of the `known`: suggests the nearest and lists all.
+pub(crate) fn unknown(kind: &str, name: &str, known: &[&str]) -> Error {
+    let all = format!("there are {}", known.join(", "));
+    Error::new(format!("there is no {kind} \"{name}\"")).remedy(match nearest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean \"{near}\"? {all}"),
+        None => all,
+    })
+}
+
+/// How many characters must be put in, taken out or changed to make `a` of `b` (Levenshtein 1966).
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_reads_from_the_place_to_the_remedy() {
+        let error = Error::new("is no number").file("a.toml").line(3).key("camera.fov").remedy("write 45");
+        assert_eq!(error.to_string(), "a.toml:3: camera.fov: is no number; write 45");
+        assert_eq!(error.file("b.toml").to_string(), "a.toml:3: camera.fov: is no number; write 45");
+    }
+
+    #[test]
+    fn the_nearest_name_is_found_or_none() {
+        assert_eq!(edits("kitten", "sitting"), 3);
+        assert_eq!(nearest("widht", ["width", "height"]), Some("width"));
+        assert_eq!(nearest("colour", ["width", "height"]), None);
+        let error = unknown("probe", "grase", &["uffizi", "grace"]).to_string();
+        assert_eq!(error, "there is no probe \"grase\"; did you mean \"grace\"? there are uffizi, grace");
+    }
+}

@@ -1,3 +1,5 @@
 //! The command `bitlight`: see `bitlight --help`.
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    bitlight::cli::main()
+}

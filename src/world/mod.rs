@@ -1,3 +1,8 @@
 //! What a frame is made of: meshes and the procedural shapes, cameras, lights and materials.
 
+pub mod camera;
+pub mod light;
+pub mod medium;
 pub mod mesh;
+pub mod obj;
+pub mod shapes;

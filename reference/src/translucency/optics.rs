@@ -1,6 +1,6 @@
 //! Fresnel, refraction and lights for Banterle and Chalmers, sections 2.1 and 2.2.
 
-use crate::vector::{Vec3, add, dot, length, normalize, scale, sub};
+use crate::vector::{Vec3, add, dot, length, scale, sub};
 
 /// The reflectance at normal incidence, F0 = ((η − 1)/(η + 1))², for the relative index η.
 pub fn schlick_f0(eta: f64) -> f64 {
@@ -38,19 +38,14 @@ pub fn effective_diffuse_cosine() -> f64 {
 /// The refraction vector r of Banterle and Chalmers, Eq. 5 and Eq. 10: the unit direction, pointing
 /// into the object, of a view ray refracted by Snell's law at a surface with outward normal.
 ///
-/// `view` is the unit direction in which the view ray travels, from the eye to the surface. With
-/// c = max(0, −view · normal): view/η + (c/η − √(1 − (1 − c²)/η²)) normal, η ≥ 1.
-///
-/// A normal that faces away has c = 0, and then the formula alone does not give a unit vector, nor
-/// always one that points inwards: the result is normalised, and it is −normal where nothing is
-/// left to normalise (view = normal with η = √2).
+/// `view` is the unit direction in which the view ray travels, from the eye to the surface; η ≥ 1. Its
+/// part along the surface is divided by η, and the rest goes against the normal: t/η − √(1 − |t|²/η²) n.
+/// So the result is a unit vector that points inwards whatever the normal, also one that faces away.
 pub fn refraction_vector(view: Vec3, normal: Vec3, eta: f64) -> Vec3 {
-    let facing = -dot(view, normal);
-    let c = if facing > 0.0 { facing } else { 0.0 };
-    let under = 1.0 - (1.0 - c * c) / (eta * eta);
-    let root = if under > 0.0 { under.sqrt() } else { 0.0 };
-    let r = add(scale(1.0 / eta, view), scale(c / eta - root, normal));
-    if length(r) > 0.0 { normalize(r) } else { scale(-1.0, normal) }
+    let tangential = add(view, scale(-dot(view, normal), normal));
+    let sine_squared = dot(tangential, tangential) / (eta * eta);
+    let root = if sine_squared < 1.0 { (1.0 - sine_squared).sqrt() } else { 0.0 };
+    add(scale(1.0 / eta, tangential), scale(-root, normal))
 }
 
 /// The irradiance of a point light at a surface point: I max(0, n · ω) / distance².
@@ -77,7 +72,7 @@ pub fn directional_light_irradiance(irradiance: f64, travel: Vec3, normal: Vec3)
 mod tests {
     use super::*;
     use crate::sh::gauss_legendre;
-    use crate::vector::cross;
+    use crate::vector::{cross, normalize};
 
     #[test]
     fn schlick_at_its_ends() {

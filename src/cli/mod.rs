@@ -1,0 +1,96 @@
+//! The command: one file a subcommand, without logic of its own.
+//!
+//! Exit status: 0 done, 1 a check failed, 2 bad input or usage.
+
+mod bless;
+mod info;
+mod init;
+mod passes;
+mod progress;
+mod render;
+mod sh;
+mod sheet;
+mod verify;
+
+use crate::Error;
+use crate::scene::Assets;
+use clap::{Args, Parser, Subcommand};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Bit-reproducible CPU ground truth of published techniques that light with spherical harmonics.
+///
+/// A scene is a TOML file; a technique is a table of named passes. `bitlight render` runs the passes that are asked
+/// for and those that they need. The same scene gives the same bits on every machine.
+#[derive(Debug, Parser)]
+#[command(name = "bitlight", version, max_term_width = 100)]
+#[command(after_help = "Exit status: 0 done, 1 a check failed, 2 bad input or usage.\n\n\
+    Start with:\n  bitlight render scenes/translucency/knot.toml --passes all -o out\n  \
+    bitlight init translucency > mine.toml")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene: a picture, and the buffers of its passes
+    Render(render::Arguments),
+    /// Render scenes and compare every pass with its golden, bit for bit
+    Verify(verify::Arguments),
+    /// Make what a scene now renders its golden, and record why
+    Bless(bless::Arguments),
+    /// List the passes: equation, inputs, outputs
+    Passes(passes::Arguments),
+    /// Describe a mesh (OBJ), an environment (HDR) or an image (EXR)
+    Info(info::Arguments),
+    /// Write a commented scene to start from, or the schema by which editors check scenes
+    Init(init::Arguments),
+    /// Project environments into spherical harmonics, evaluate and rotate them
+    Sh(sh::Arguments),
+}
+
+/// Where real models and probes are.
+#[derive(Debug, Args)]
+struct AssetFolder {
+    /// Folder of the models and probes that scenes name [default: the variable BITLIGHT_ASSETS]
+    #[arg(long, value_name = "DIR")]
+    assets: Option<PathBuf>,
+}
+
+impl AssetFolder {
+    fn assets(&self) -> Assets {
+        match &self.assets {
+            Some(folder) => Assets(Some(folder.clone())),
+            None => Assets::from_environment(),
+        }
+    }
+}
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Render(arguments) => arguments.run(),
+        Command::Verify(arguments) => arguments.run(),
+        Command::Bless(arguments) => arguments.run(),
+        Command::Passes(arguments) => arguments.run(),
+        Command::Info(arguments) => arguments.run(),
+        Command::Init(arguments) => arguments.run(),
+        Command::Sh(arguments) => arguments.run(),
+    };
+    outcome.unwrap_or_else(|error| {
+        let _ = writeln!(std::io::stderr(), "error: {error}"); // nobody is left to tell
+        ExitCode::from(2)
+    })
+}
+
+/// Prints lines to standard output. A reader that has gone away (`| head`) is no error.
+fn print(text: &str) -> Result<(), Error> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::new(format!("cannot print: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,134 @@
+//! `bitlight verify`
+
+use super::progress::Progress;
+use super::{AssetFolder, print};
+use crate::Error;
+use crate::compare::{Golden, Pixels, Verdict};
+use crate::pass::{Data, Layer, png};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Exit status 0 if every scene that has its assets equals its golden, 1 if one differs or has \
+    no golden.\nScenes whose assets are absent are reported as skipped."
+)]
+pub(super) struct Arguments {
+    /// Scenes; all below the folder `scenes` where none is named
+    scene: Vec<PathBuf>,
+    /// Folder of the goldens
+    #[arg(long, value_name = "DIR", default_value = "golden")]
+    golden: PathBuf,
+    /// Folder for the pictures of differences
+    #[arg(short, long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    #[command(flatten)]
+    folder: AssetFolder,
+}
+
+impl Arguments {
+    pub(super) fn run(self) -> Result<ExitCode, Error> {
+        let scenes = if self.scene.is_empty() { scenes(Path::new("scenes"))? } else { self.scene };
+        let assets = self.folder.assets();
+        let (mut passed, mut failed, mut skipped) = (0, 0, 0);
+        let mut progress = Progress::new(scenes.len());
+        for scene in &scenes {
+            progress.say(&scene.display().to_string());
+            let verdict = Golden::verify(&self.golden, scene, &assets)?;
+            let (line, count) = match &verdict {
+                Verdict::Same(passes) => (format!("ok, {passes} passes"), &mut passed),
+                Verdict::Skipped(error) => (format!("skipped: {error}"), &mut skipped),
+                Verdict::Missing(path) => {
+                    let cure = format!("`bitlight bless {} --reason \"...\"` makes one", scene.display());
+                    (format!("FAILED: there is no golden {}; {cure}", path.display()), &mut failed)
+                }
+                Verdict::Settings(key, golden, now) => (
+                    format!("FAILED: the golden was made with {key} = {golden}, the scene has {now}"),
+                    &mut failed,
+                ),
+                Verdict::Passes(name) => {
+                    (format!("FAILED: golden and technique differ in {name}"), &mut failed)
+                }
+                Verdict::Differs(pass, pixels) => (
+                    format!("FAILED: {pass} differs first\n{}", differs(pixels, &self.out, scene)?),
+                    &mut failed,
+                ),
+            };
+            *count += 1;
+            progress.step();
+            print(&format!("{}: {line}\n", scene.display()))?;
+        }
+        drop(progress);
+        print(&format!("{passed} passed, {failed} failed, {skipped} skipped\n"))?;
+        Ok(if failed > 0 { ExitCode::from(1) } else { ExitCode::SUCCESS })
+    }
+}
+
+/// Every scene below a folder, in the order of their paths.
+fn scenes(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let refused = |error| {
+        Error::new(format!("cannot be read: {error}")).file(folder).remedy("name the scenes to verify")
+    };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(refused)? {
+        let path = entry.map_err(refused)?.path();
+        if path.is_dir() {
+            found.extend(scenes(&path)?);
+        } else if path.extension().is_some_and(|ending| ending == "toml") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// What the pixels say, and where the picture of the difference is.
+fn differs(pixels: &Pixels, out: &Path, scene: &Path) -> Result<String, Error> {
+    match pixels {
+        Pixels::None => {
+            Ok("  no pixels are kept for this scene: render it at the commit of the golden to compare".into())
+        }
+        Pixels::Value(place, expected, found) => {
+            let distance = (found - expected).abs();
+            Ok(format!(
+                "  first at {place:?}: expected {expected:e}, found {found:e}, a distance of {distance:e}"
+            ))
+        }
+        Pixels::Image(image) => {
+            let (difference, expected, found) = image.as_ref();
+            let name = scene.file_stem().unwrap_or_default().to_string_lossy();
+            let path = out.join(format!("{name}.{}.difference.png", difference.layer));
+            picture(&path, expected, found)?;
+            Ok(format!("  {difference}\n  {} shows where", path.display()))
+        }
+    }
+}
+
+/// A picture of where two layers differ: grey where they are the same, red to yellow by the decade of the largest
+/// relative difference of a pixel's channels, from one last place to 1.
+fn picture(path: &Path, expected: &Layer, found: &Layer) -> Result<(), Error> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| Error::new(format!("cannot be made: {error}")).file(folder))?;
+    }
+    let value = |data: &Data, index: usize| match data {
+        Data::F32(values) => f64::from(values[index]),
+        Data::U32(values) => f64::from(values[index]),
+    };
+    let mut rgb = Vec::new();
+    for index in 0..expected.width * expected.height {
+        let mut worst = 0.0;
+        for (a, b) in expected.channels.iter().zip(&found.channels) {
+            let (a, b) = (value(&a.data, index), value(&b.data, index));
+            let scale = if a.abs() > b.abs() { a.abs() } else { b.abs() };
+            let relative = if a == b { 0.0 } else { (a - b).abs() / scale };
+            if relative > worst {
+                worst = relative;
+            }
+        }
+        // 2^-24 is 0, 1 is 1.
+        let heat = if worst > 0.0 { 1.0 + crate::numeric::double::log(worst) / 16.635_532 } else { -1.0 };
+        rgb.extend(if heat < 0.0 && worst == 0.0 { [40; 3] } else { [255, (heat * 255.0) as u8, 0] });
+    }
+    png::write(path, expected.width, expected.height, &rgb)
+}

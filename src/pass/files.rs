@@ -1,0 +1,119 @@
+//! The sink that writes a frame's passes into a folder: `NAME.exr`, `.npy` files, `NAME.png` and `NAME.json`.
+
+use super::{Buffer, Digests, Info, Layer, Recorder, Timings, exr, file, layers, npy, png};
+use crate::Error;
+use crate::numeric::single::pow;
+use serde_json::{Map, Value as Json, json};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Collects the wanted passes; [`Files::write`] writes them, so that a failing frame leaves no file.
+#[derive(Debug)]
+pub struct Files {
+    folder: PathBuf,
+    name: String,
+    kept: Vec<(Info, Buffer)>,
+    digests: Digests,
+    timings: Timings,
+}
+
+impl Files {
+    /// A sink for the frame `name` in `folder`, which is made if it is not there.
+    ///
+    /// # Errors
+    /// Where the folder cannot be made, naming it.
+    pub fn new(folder: &Path, name: &str) -> Result<Self, Error> {
+        std::fs::create_dir_all(folder).map_err(|error| {
+            Error::new(format!("cannot be made: {error}"))
+                .file(folder)
+                .remedy("choose another folder with -o")
+        })?;
+        let (digests, timings) = (Digests::default(), Timings::default());
+        Ok(Self { folder: folder.into(), name: name.into(), kept: Vec::new(), digests, timings })
+    }
+
+    /// Writes everything and returns the files' paths, the picture first. `exposure` brightens the PNG by that
+    /// many stops.
+    ///
+    /// # Errors
+    /// What the system refuses, naming the file.
+    pub fn write(
+        &self,
+        scene: &Path,
+        settings: &Map<String, Json>,
+        exposure: f32,
+    ) -> Result<Vec<PathBuf>, Error> {
+        let path = |ending: &str| self.folder.join(format!("{}.{ending}", self.name));
+        let mut written = Vec::new();
+        let picture = self.kept.iter().find(|(info, _)| info.name.ends_with(".final"));
+        if let Some((_, picture)) = picture {
+            written.push(path("png"));
+            preview(&path("png"), picture, exposure)?;
+        }
+        let images: Vec<Layer> = self.images().flat_map(|(info, buffer)| layers(info, buffer)).collect();
+        if !images.is_empty() {
+            written.push(path("exr"));
+            exr::write(&path("exr"), &images)?;
+        }
+        for (info, buffer) in self.kept.iter().filter(|(info, _)| !info.is_image()) {
+            written.push(path(&format!("{}.npy", info.name)));
+            npy::write(&path(&format!("{}.npy", info.name)), buffer)?;
+        }
+        written.push(path("json"));
+        let report = json!({"scene": scene.to_string_lossy(), "settings": settings, "passes": self.passes()});
+        file::write(&path("json"), |out| writeln!(out, "{report:#}"))?;
+        Ok(written)
+    }
+
+    /// The image passes, `final` first: viewers show a file's first part.
+    fn images(&self) -> impl Iterator<Item = &(Info, Buffer)> {
+        let (last, others): (Vec<_>, Vec<_>) = self
+            .kept
+            .iter()
+            .filter(|(info, _)| info.is_image())
+            .partition(|(info, _)| info.name.ends_with(".final"));
+        last.into_iter().chain(others)
+    }
+
+    /// The wanted passes, in flow order.
+    pub fn kept(&self) -> &[(Info, Buffer)] {
+        &self.kept
+    }
+
+    /// Every pass that ran, and the sum of their times in seconds.
+    pub fn seconds(&self) -> f64 {
+        self.timings.passes.iter().map(|(_, time)| time.as_secs_f64()).sum()
+    }
+
+    fn passes(&self) -> Vec<Json> {
+        let rows = self.digests.0.iter().zip(&self.timings.passes);
+        rows.map(|(record, (_, time))| {
+            let mut row = record.to_json();
+            row["seconds"] = json!(time.as_secs_f64());
+            row
+        })
+        .collect()
+    }
+}
+
+impl Recorder for Files {
+    fn begin(&mut self, pass: &Info) {
+        self.timings.begin(pass);
+    }
+
+    fn record(&mut self, pass: &Info, wanted: bool, buffer: &Buffer) -> Result<(), Error> {
+        self.timings.record(pass, wanted, buffer)?;
+        self.digests.record(pass, wanted, buffer)?;
+        if wanted {
+            self.kept.push((*pass, buffer.clone()));
+        }
+        Ok(())
+    }
+}
+
+/// Writes an RGB image for eyes.
+fn preview(path: &Path, image: &Buffer, exposure: f32) -> Result<(), Error> {
+    let gain = pow(2.0, exposure);
+    let codes: Vec<u8> = image.as_f32().iter().map(|value| png::srgb8(value * gain)).collect();
+    png::write(path, image.shape[1], image.shape[0], &codes)
+}

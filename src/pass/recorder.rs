@@ -1,0 +1,122 @@
+//! Who is told of every pass: the sinks that share one stream of results.
+
+use super::{Buffer, Digest, Info};
+use crate::Error;
+use serde_json::{Value as Json, json};
+use std::time::{Duration, Instant};
+
+/// Receives every pass that runs, in order.
+pub trait Recorder {
+    /// The pass is about to run.
+    fn begin(&mut self, _pass: &Info) {}
+
+    /// The pass has run. `wanted` tells a pass that was asked for from one that others only needed.
+    ///
+    /// # Errors
+    /// What the sink cannot take stops the run.
+    fn record(&mut self, pass: &Info, wanted: bool, buffer: &Buffer) -> Result<(), Error>;
+}
+
+/// Several sinks as one: each is told in turn.
+impl Recorder for Vec<&mut dyn Recorder> {
+    fn begin(&mut self, pass: &Info) {
+        self.iter_mut().for_each(|sink| sink.begin(pass));
+    }
+
+    fn record(&mut self, pass: &Info, wanted: bool, buffer: &Buffer) -> Result<(), Error> {
+        self.iter_mut().try_for_each(|sink| sink.record(pass, wanted, buffer))
+    }
+}
+
+/// What is written of a pass beside its values.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Record {
+    /// `technique.pass`.
+    pub name: String,
+    /// The length of each axis, the slowest first.
+    pub shape: Vec<usize>,
+    /// `"f32"` or `"u32"`.
+    pub element: String,
+    /// The digest, as hexadecimal digits.
+    pub digest: String,
+}
+
+impl Record {
+    /// The record as an object of JSON: `name`, `shape`, `type`, `digest`.
+    pub fn to_json(&self) -> Json {
+        json!({"name": self.name, "shape": self.shape, "type": self.element, "digest": self.digest})
+    }
+
+    /// What [`Self::to_json`] wrote; `None` where it is anything else.
+    pub fn from_json(json: &Json) -> Option<Self> {
+        let text = |key: &str| json[key].as_str().map(str::to_owned);
+        let shape =
+            json["shape"].as_array()?.iter().map(|length| length.as_u64().map(|length| length as usize));
+        Some(Self {
+            name: text("name")?,
+            shape: shape.collect::<Option<_>>()?,
+            element: text("type")?,
+            digest: text("digest")?,
+        })
+    }
+}
+
+/// Keeps the digest of every pass that ran.
+#[derive(Debug, Default)]
+pub struct Digests(pub Vec<Record>);
+
+impl Recorder for Digests {
+    fn record(&mut self, pass: &Info, _: bool, buffer: &Buffer) -> Result<(), Error> {
+        let digest: Digest = buffer.digest();
+        self.0.push(Record {
+            name: pass.name.into(),
+            shape: buffer.shape.clone(),
+            element: buffer.data.type_name().into(),
+            digest: digest.to_string(),
+        });
+        Ok(())
+    }
+}
+
+/// Keeps every buffer.
+#[derive(Debug, Default)]
+pub struct Kept(pub Vec<(Info, bool, Buffer)>);
+
+impl Kept {
+    /// The buffer of the pass `name`, if it ran.
+    pub fn get(&self, name: &str) -> Option<&Buffer> {
+        self.0.iter().find(|(info, ..)| info.name == name).map(|(_, _, buffer)| buffer)
+    }
+}
+
+impl Recorder for Kept {
+    fn record(&mut self, pass: &Info, wanted: bool, buffer: &Buffer) -> Result<(), Error> {
+        self.0.push((*pass, wanted, buffer.clone()));
+        Ok(())
+    }
+}
+
+/// Keeps how long every pass took, by the wall clock.
+#[derive(Debug)]
+pub struct Timings {
+    /// Name and time, in the order of running.
+    pub passes: Vec<(&'static str, Duration)>,
+    begun: Instant,
+}
+
+impl Default for Timings {
+    fn default() -> Self {
+        Self { passes: Vec::new(), begun: Instant::now() }
+    }
+}
+
+impl Recorder for Timings {
+    fn begin(&mut self, _: &Info) {
+        self.begun = Instant::now();
+    }
+
+    fn record(&mut self, pass: &Info, _: bool, _: &Buffer) -> Result<(), Error> {
+        self.passes.push((pass.name, self.begun.elapsed()));
+        Ok(())
+    }
+}

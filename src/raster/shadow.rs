@@ -1,0 +1,161 @@
+//! Views from lights: a shadow map that just holds a box.
+
+use super::{Axes, View};
+use crate::Error;
+use crate::numeric::order::{max, min};
+use glam::Vec3;
+
+/// The largest tangent of half the angle of a point light's shadow map: beyond it (80°) the texels at its rim
+/// see the solid at more than 30 times the slant of those at its centre.
+const WIDEST: f32 = 5.671_282;
+
+/// A light's view of a box, and its measure of distance: radial from a point, along the direction from a plane
+/// otherwise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShadowView {
+    /// The view that rasterizes the map.
+    pub view: View,
+    /// The point light's position.
+    eye: Option<Vec3>,
+    /// The plane from which distance along a direction is measured: n·p + d.
+    plane: [f32; 4],
+    /// Half the extent of the map at distance 1 (point) or at any distance (direction).
+    half: [f32; 2],
+}
+
+impl ShadowView {
+    /// The view of a point light at `eye` on the box `center ± half_extents`, `size` × `size` texels.
+    ///
+    /// # Errors
+    /// Where the light is inside the box, or so near that it sees it under more than 160°.
+    pub fn point(eye: Vec3, center: Vec3, half_extents: Vec3, size: usize) -> Result<Self, Error> {
+        let refused = || {
+            Error::new("the light is inside the solid's bounding box, or too near to it for a shadow map")
+                .remedy("move the light away from the solid")
+        };
+        if (center - eye).length_squared() == 0.0 {
+            return Err(refused());
+        }
+        let axes = Axes::looking(center - eye, Vec3::Y);
+        let (mut near, mut half) = (f32::MAX, [0.0_f32; 2]);
+        for corner in corners(center, half_extents) {
+            let to = corner - eye;
+            let ahead = to.dot(axes.forward);
+            if ahead <= 0.0 {
+                return Err(refused());
+            }
+            near = min(near, ahead);
+            half[0] = max(half[0], to.dot(axes.right).abs() / ahead);
+            half[1] = max(half[1], to.dot(axes.up).abs() / ahead);
+        }
+        if half[0] > WIDEST || half[1] > WIDEST {
+            return Err(refused());
+        }
+        let half = half.map(|half| margin(half, size));
+        // The plane stands just before the nearest corner, so that rounding cannot clip the solid.
+        let view = View::perspective(eye, axes, half, near * 0.99, [size, size]);
+        let plane = view.clip_from_world[3];
+        Ok(Self { view, eye: Some(eye), plane, half })
+    }
+
+    /// The view of a directional light on the box `center ± half_extents`, `size` × `size` texels; `direction`
+    /// is that in which the light travels. Distance is measured from the plane two radii of the box before its
+    /// centre, so it is positive on the box.
+    pub fn directional(direction: Vec3, center: Vec3, half_extents: Vec3, size: usize) -> Self {
+        let axes = Axes::looking(direction, Vec3::Y);
+        let radius = half_extents.length();
+        let mut half = [0.0_f32; 2];
+        for corner in corners(Vec3::ZERO, half_extents) {
+            half[0] = max(half[0], corner.dot(axes.right).abs());
+            half[1] = max(half[1], corner.dot(axes.up).abs());
+        }
+        let half = half.map(|half| margin(half, size));
+        let origin = center - axes.forward * (2.0 * radius);
+        let view = View::orthographic(origin, axes, half, [0.5 * radius, 3.5 * radius], [size, size]);
+        let plane = [axes.forward.x, axes.forward.y, axes.forward.z, -axes.forward.dot(origin)];
+        Self { view, eye: None, plane, half }
+    }
+
+    /// The distance of `point` from the light, in the scene's unit.
+    #[inline]
+    pub fn distance(&self, point: Vec3) -> f32 {
+        match self.eye {
+            Some(eye) => (point - eye).length(),
+            None => self.ahead(point),
+        }
+    }
+
+    /// The distance from the light of what texel (`x`, `y`) sees at a rasterized `depth` in (0, 1].
+    #[inline]
+    pub fn texel_distance(&self, x: usize, y: usize, depth: f32) -> f32 {
+        let linear = self.view.linear(depth);
+        match self.eye {
+            Some(_) => {
+                let [u, v] = self.view.ndc(x, y);
+                linear * Vec3::new(u * self.half[0], v * self.half[1], 1.0).length()
+            }
+            None => linear,
+        }
+    }
+
+    /// Where `point` falls on the map, in texels: (0, 0) is the upper left corner, (½, ½) the first centre.
+    #[inline]
+    pub fn texel(&self, point: Vec3) -> [f32; 2] {
+        self.view.pixel(self.view.project(point))
+    }
+
+    /// The larger side of a texel at `point`, in the scene's unit.
+    #[inline]
+    pub fn texel_size(&self, point: Vec3) -> f32 {
+        let half = 2.0 * max(self.half[0], self.half[1]) / self.view.width as f32;
+        if self.eye.is_some() { half * self.ahead(point) } else { half }
+    }
+
+    fn ahead(&self, point: Vec3) -> f32 {
+        self.plane[0] * point.x + self.plane[1] * point.y + self.plane[2] * point.z + self.plane[3]
+    }
+}
+
+/// Room for one texel around the box, so that its silhouette has texels on both sides.
+fn margin(half: f32, size: usize) -> f32 {
+    half * (1.0 + 2.0 / size as f32)
+}
+
+fn corners(center: Vec3, half: Vec3) -> [Vec3; 8] {
+    std::array::from_fn(|i| {
+        let side = |bit: usize, half: f32| if i & bit == 0 { -half } else { half };
+        center + Vec3::new(side(1, half.x), side(2, half.y), side(4, half.z))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_corner_falls_on_the_map_at_its_distance() {
+        let (center, half) = (Vec3::new(1.0, 2.0, -1.0), Vec3::new(1.0, 0.5, 2.0));
+        let point = ShadowView::point(Vec3::new(5.0, 6.0, 3.0), center, half, 64).unwrap();
+        let beam = ShadowView::directional(Vec3::new(0.3, -1.0, 0.2), center, half, 64);
+        for shadow in [point, beam] {
+            for corner in corners(center, half) {
+                let [x, y] = shadow.texel(corner);
+                assert!((0.0..64.0).contains(&x) && (0.0..64.0).contains(&y), "({x}, {y})");
+                let clip = shadow.view.project(corner);
+                assert!(clip[2] <= clip[3] && clip[2] >= 0.0);
+                // At the texel's centre instead of the corner's own place: within a texel.
+                let found = shadow.texel_distance(x as usize, y as usize, clip[2] / clip[3]);
+                let distance = shadow.distance(corner);
+                assert!((found - distance).abs() < shadow.texel_size(corner), "{found} {distance}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_light_inside_the_box_is_refused() {
+        for eye in [Vec3::ZERO, Vec3::new(0.2, 0.9, 0.1), Vec3::new(0.0, 1.01, 0.0)] {
+            let error = ShadowView::point(eye, Vec3::ZERO, Vec3::ONE, 64).unwrap_err().to_string();
+            assert!(error.contains("inside the solid's bounding box"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,404 @@
+//! Every key of a scene file, with its kind, default and meaning: the one place from which reading, unknown-key
+//! hints, `--set`, the JSON Schema and `bitlight init` all come.
+
+use super::value::Value;
+use serde_json::{Value as Json, json};
+use std::fmt::Write;
+
+/// What values a key takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// Any text.
+    Text,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// A whole number in this range, ends included.
+    Whole(f64, f64),
+    /// A finite number in this range, ends included.
+    Number(f64, f64),
+    /// Three finite numbers, each in this range, ends included.
+    Triple(f64, f64),
+}
+
+/// One key.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Its table: empty for the top level; a kind of light after a colon.
+    pub table: &'static str,
+    /// Its name in the table.
+    pub name: &'static str,
+    /// What it takes.
+    pub kind: Kind,
+    /// What stands where the file says nothing, as TOML; `None` where the key must be given or may be absent.
+    pub default: Option<&'static str>,
+    /// A value to start from, as TOML, where there is no default.
+    pub example: &'static str,
+    /// What it means, with its unit.
+    pub about: &'static str,
+}
+
+const fn key(
+    table: &'static str,
+    name: &'static str,
+    kind: Kind,
+    default: Option<&'static str>,
+    example: &'static str,
+    about: &'static str,
+) -> Key {
+    Key { table, name, kind, default, example, about }
+}
+
+const ANY: Kind = Kind::Triple(-1e12, 1e12);
+const POSITIVE: Kind = Kind::Triple(0.0, 1e12);
+
+/// The techniques that a scene may ask for.
+pub const TECHNIQUES: &[&str] = &["translucency"];
+
+/// All keys, in the order in which a scene is written.
+pub const KEYS: &[Key] = &[
+    key(
+        "",
+        "technique",
+        Kind::Choice(TECHNIQUES),
+        None,
+        "\"translucency\"",
+        "The technique that renders the scene. Required.",
+    ),
+    key(
+        "",
+        "unit",
+        Kind::Choice(&["m", "cm", "mm"]),
+        Some("\"m\""),
+        "",
+        "The length of 1 in this file. Materials are measured in millimetres and are converted.",
+    ),
+    key("image", "width", Kind::Whole(1.0, 8192.0), Some("512"), "", "Pixels across."),
+    key("image", "height", Kind::Whole(1.0, 8192.0), Some("512"), "", "Pixels down."),
+    key(
+        "image",
+        "background",
+        POSITIVE,
+        Some("[0, 0, 0]"),
+        "",
+        "Linear RGB radiance of pixels that see no surface.",
+    ),
+    key(
+        "image",
+        "exposure",
+        Kind::Number(-40.0, 40.0),
+        Some("0"),
+        "",
+        "Stops by which the PNG preview is brightened; the EXR stays as it is.",
+    ),
+    key("camera", "position", ANY, None, "[0, 0.5, 4]", "Where the camera is. Required."),
+    key("camera", "target", ANY, Some("[0, 0, 0]"), "", "The point in the middle of the picture."),
+    key("camera", "up", ANY, Some("[0, 1, 0]"), "", "The direction that is upward in the picture."),
+    key("camera", "fov", Kind::Number(0.01, 170.0), Some("40"), "", "Vertical field of view in degrees."),
+    key(
+        "solid",
+        "shape",
+        Kind::Choice(SHAPES),
+        None,
+        "\"torus-knot\"",
+        "A procedural solid; either this or `file`.",
+    ),
+    key(
+        "solid",
+        "resolution",
+        Kind::Whole(2.0, 2048.0),
+        Some("64"),
+        "",
+        "How finely the shape is divided; triangles grow with its square.",
+    ),
+    key(
+        "solid",
+        "extents",
+        Kind::Triple(0.0, 1e12),
+        Some("[1, 1, 1]"),
+        "",
+        "Side lengths of a cuboid; a thin one is a sheet.",
+    ),
+    key(
+        "solid",
+        "file",
+        Kind::Text,
+        None,
+        "\"stanford/bunny.obj\"",
+        "An OBJ file below the folder of assets.",
+    ),
+    key(
+        "solid",
+        "size",
+        Kind::Number(1e-9, 1e12),
+        None,
+        "2",
+        "The longest side of its bounding box is scaled to this; left as it is where absent.",
+    ),
+    key(
+        "solid",
+        "turn",
+        Kind::Number(-36e3, 36e3),
+        Some("0"),
+        "",
+        "Degrees by which it is turned about the vertical, counter-clockwise seen from above.",
+    ),
+    key("solid", "center", ANY, Some("[0, 0, 0]"), "", "Where the centre of its bounding box is put."),
+    key(
+        "material",
+        "name",
+        Kind::Text,
+        None,
+        "\"Marble\"",
+        "A material measured by Jensen et al. 2001; either this or `scattering` and `absorption`.",
+    ),
+    key(
+        "material",
+        "scattering",
+        Kind::Triple(0.0, 1e9),
+        None,
+        "[2.19, 2.62, 3.0]",
+        "Reduced scattering coefficient, RGB, per millimetre.",
+    ),
+    key(
+        "material",
+        "absorption",
+        Kind::Triple(0.0, 1e9),
+        None,
+        "[0.0021, 0.0041, 0.0071]",
+        "Absorption coefficient, RGB, per millimetre.",
+    ),
+    key(
+        "material",
+        "eta",
+        Kind::Number(1.0, 4.0),
+        None,
+        "1.5",
+        "Index of refraction; that of the named material, or 1.3, where absent.",
+    ),
+    key("material", "gloss", Kind::Number(0.0, 1e4), Some("0"), "", "Exponent of the highlight; 0 for none."),
+    key(
+        "light",
+        "kind",
+        Kind::Choice(&["point", "directional", "environment"]),
+        None,
+        "\"point\"",
+        "What kind of light. Required.",
+    ),
+    key(
+        "light:point",
+        "position",
+        ANY,
+        None,
+        "[3, 4, 2]",
+        "Where the light is, outside the solid's bounding box.",
+    ),
+    key(
+        "light:point",
+        "intensity",
+        POSITIVE,
+        None,
+        "[30, 30, 30]",
+        "Radiant intensity, RGB: the irradiance at distance 1.",
+    ),
+    key(
+        "light:directional",
+        "direction",
+        ANY,
+        None,
+        "[0, -1, 0]",
+        "The direction in which the light travels.",
+    ),
+    key(
+        "light:directional",
+        "irradiance",
+        POSITIVE,
+        None,
+        "[3, 3, 3]",
+        "Irradiance on a surface that faces the light, RGB.",
+    ),
+    key(
+        "light:environment",
+        "file",
+        Kind::Text,
+        None,
+        "\"envmaps/grace.hdr\"",
+        "A lat-long Radiance HDR file below the folder of assets; or `probe`, or `radiance`.",
+    ),
+    key(
+        "light:environment",
+        "probe",
+        Kind::Text,
+        None,
+        "\"eucalyptus\"",
+        "A probe published as nine coefficients by Ramamoorthi and Hanrahan 2001.",
+    ),
+    key(
+        "light:environment",
+        "radiance",
+        POSITIVE,
+        None,
+        "[1, 1, 1]",
+        "The same radiance from everywhere, RGB.",
+    ),
+    key(
+        "light:environment",
+        "scale",
+        Kind::Number(0.0, 1e12),
+        Some("1"),
+        "",
+        "Factor on the environment's radiance.",
+    ),
+    key(
+        "translucency",
+        "cubemap",
+        Kind::Whole(1.0, 2048.0),
+        Some("64"),
+        "",
+        "Texels along a side of a face of the external cubemap.",
+    ),
+    key(
+        "translucency",
+        "shadow",
+        Kind::Whole(1.0, 8192.0),
+        Some("512"),
+        "",
+        "Texels along a side of a light's shadow map.",
+    ),
+    key(
+        "translucency",
+        "blur",
+        Kind::Whole(0.0, 256.0),
+        Some("8"),
+        "",
+        "Width in texels of the Gaussian that smooths the shadow map; 0 for none.",
+    ),
+];
+
+/// The procedural solids.
+pub const SHAPES: &[&str] = &["sphere", "torus-knot", "genus-3", "cuboid"];
+
+impl Kind {
+    /// What the key takes, for a person.
+    pub(super) fn describe(self) -> String {
+        let range = |low: f64, high: f64| match (low, high) {
+            (low, high) if low == -high && high >= 1e12 => String::new(),
+            (low, high) if high >= 1e9 => format!(" of at least {low}"),
+            _ => format!(" from {low} to {high}"),
+        };
+        match self {
+            Self::Text => "a text in quotes".into(),
+            Self::Choice(words) => format!("one of \"{}\"", words.join("\", \"")),
+            Self::Whole(low, high) => format!("a whole number{}", range(low, high)),
+            Self::Number(low, high) => format!("a number{}", range(low, high)),
+            Self::Triple(low, high) => format!("three numbers{} in brackets", range(low, high)),
+        }
+    }
+
+    /// Whether `value` is of this kind.
+    pub(super) fn accepts(self, value: &Value) -> bool {
+        let within = |x: f64, low: f64, high: f64| low <= x && x <= high; // false for a NaN
+        match (self, value) {
+            (Self::Text, Value::Text(_)) => true,
+            (Self::Choice(words), Value::Text(text)) => words.contains(&text.as_str()),
+            (Self::Whole(low, high), Value::Number(x)) => x.fract() == 0.0 && within(*x, low, high),
+            (Self::Number(low, high), Value::Number(x)) => within(*x, low, high),
+            (Self::Triple(low, high), Value::Numbers(all)) => {
+                all.len() == 3 && all.iter().all(|x| within(*x, low, high))
+            }
+            _ => false,
+        }
+    }
+
+    fn schema(self) -> Json {
+        match self {
+            Self::Text => json!({"type": "string"}),
+            Self::Choice(words) => json!({"enum": words}),
+            Self::Whole(low, high) => {
+                json!({"type": "integer", "minimum": low as i64, "maximum": high as i64})
+            }
+            Self::Number(low, high) => json!({"type": "number", "minimum": low, "maximum": high}),
+            Self::Triple(low, high) => json!({"type": "array", "minItems": 3, "maxItems": 3,
+                "items": {"type": "number", "minimum": low, "maximum": high}}),
+        }
+    }
+}
+
+/// The tables in the order of a scene file, without the kinds of light.
+fn tables() -> Vec<&'static str> {
+    let mut tables: Vec<_> = KEYS.iter().map(|key| base(key.table)).collect();
+    tables.dedup();
+    tables
+}
+
+fn base(table: &str) -> &str {
+    table.split(':').next().unwrap_or(table)
+}
+
+/// The JSON Schema (draft 2020-12) of a scene, by which editors complete and check it.
+pub fn schema() -> Json {
+    let properties = |table: &str| -> serde_json::Map<String, Json> {
+        let mut properties = serde_json::Map::new();
+        for key in KEYS.iter().filter(|key| base(key.table) == table) {
+            // A key of several kinds of light (`file`) is described once; the kinds agree on its type.
+            let mut schema = key.kind.schema();
+            let scope = key.table.split_once(':').map(|(_, kind)| format!("({kind}) ")).unwrap_or_default();
+            schema["description"] = json!(format!("{scope}{}", key.about));
+            if let Some(default) = key.default.and_then(|text| Value::parse(text).ok()) {
+                schema["default"] = default.to_json();
+            }
+            properties.entry(key.name).or_insert(schema);
+        }
+        properties
+    };
+    let object = |table: &str, required: &[&str]| json!({"type": "object", "additionalProperties": false, "properties": properties(table), "required": required});
+    let mut root = object("", &["technique", "camera", "solid", "light"]);
+    for table in tables().into_iter().filter(|table| !table.is_empty()) {
+        root["properties"][table] = match table {
+            "light" => json!({"type": "array", "minItems": 1, "items": object(table, &["kind"])}),
+            "camera" => object(table, &["position"]),
+            _ => object(table, &[]),
+        };
+    }
+    let mut schema = json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "A scene of bitlight",
+    });
+    schema
+        .as_object_mut()
+        .into_iter()
+        .for_each(|schema| schema.extend(root.as_object().cloned().unwrap_or_default()));
+    schema
+}
+
+/// A scene with every key, its meaning and its default: what stands behind a `#` may be left out.
+pub fn template(technique: &str) -> String {
+    let mut text =
+        String::from("# A scene of bitlight. Lines behind a # show defaults and alternatives.\n\n");
+    let shown = |key: &Key| base(key.table) == key.table || key.table == "light:point";
+    for table in tables() {
+        if TECHNIQUES.contains(&table) && table != technique {
+            continue;
+        }
+        match table {
+            "" => {}
+            "light" => text.push_str("\n[[light]]\n"),
+            _ => writeln!(text, "\n[{table}]").unwrap_or_default(),
+        }
+        for key in KEYS.iter().filter(|key| base(key.table) == table) {
+            let (value, optional) = match key.default {
+                Some(default) => (default, true),
+                None => (
+                    key.example,
+                    matches!(key.name, "file" | "scattering" | "absorption" | "eta") || !shown(key),
+                ),
+            };
+            let scope =
+                key.table.split_once(':').map(|(_, kind)| format!("{kind} light: ")).unwrap_or_default();
+            let mark = if optional { "# " } else { "" };
+            let assignment = format!("{mark}{} = {value}", key.name);
+            writeln!(text, "{assignment:<42} # {scope}{} Takes {}.", key.about, key.kind.describe())
+                .unwrap_or_default();
+        }
+    }
+    text
+}

@@ -1,0 +1,134 @@
+//! The few kinds of value that a scene needs, read from TOML.
+
+use crate::Error;
+use serde_json::{Value as Json, json};
+use toml::de::{DeTable, DeValue};
+
+/// A value of a scene file.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    /// Text.
+    Text(String),
+    /// A number, whole or not.
+    Number(f64),
+    /// Numbers in brackets.
+    Numbers(Vec<f64>),
+}
+
+/// A value at its place.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Entry {
+    /// The table, such as `camera` or `light[0]`; empty for the top level.
+    pub(super) table: String,
+    /// The key in the table.
+    pub(super) name: String,
+    /// What it is set to.
+    pub(super) value: Value,
+    /// The line of the file, from 1; none for what `--set` says.
+    pub(super) line: Option<usize>,
+}
+
+impl Entry {
+    /// The whole key, such as `camera.fov`.
+    pub(super) fn path(&self) -> String {
+        path(&self.table, &self.name)
+    }
+}
+
+/// Table and name as one key.
+pub(super) fn path(table: &str, name: &str) -> String {
+    if table.is_empty() { name.into() } else { format!("{table}.{name}") }
+}
+
+impl Value {
+    /// Reads one TOML value.
+    ///
+    /// # Errors
+    /// Text that is no TOML value, or one of a kind that no scene needs.
+    pub(super) fn parse(text: &str) -> Result<Self, Error> {
+        let value = DeValue::parse(text).map_err(|error| Error::new(error.message()))?;
+        Self::from_toml(value.get_ref()).ok_or_else(|| Error::new("a value of a kind that no key takes"))
+    }
+
+    fn from_toml(value: &DeValue<'_>) -> Option<Self> {
+        Some(match value {
+            DeValue::String(text) => Self::Text(text.to_string()),
+            DeValue::Array(items) => {
+                Self::Numbers(items.iter().map(|item| number(item.get_ref())).collect::<Option<_>>()?)
+            }
+            other => Self::Number(number(other)?),
+        })
+    }
+
+    /// The value as JSON; a whole number without a fraction.
+    pub(super) fn to_json(&self) -> Json {
+        let number = |x: f64| if x.fract() == 0.0 && x.abs() < 1e15 { json!(x as i64) } else { json!(x) };
+        match self {
+            Self::Text(text) => json!(text),
+            Self::Number(x) => number(*x),
+            Self::Numbers(all) => all.iter().map(|x| number(*x)).collect(),
+        }
+    }
+}
+
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Integer(whole) => {
+            i64::from_str_radix(whole.as_str(), whole.radix()).ok().map(|whole| whole as f64)
+        }
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        _ => None,
+    }
+}
+
+/// Every value of a scene file, in the file's order of tables.
+///
+/// # Errors
+/// What is no TOML, and tables or values of a kind that no scene has; each names its line.
+pub(super) fn entries(text: &str) -> Result<Vec<Entry>, Error> {
+    let line = |at: usize| text[..at.min(text.len())].matches('\n').count() + 1;
+    let root = DeTable::parse(text).map_err(|error| {
+        let error_line = error.span().map_or(1, |span| line(span.start));
+        Error::new(format!("is no TOML: {}", error.message().replace('\n', ", "))).line(error_line)
+    })?;
+    let mut entries = Vec::new();
+    for (key, value) in root.get_ref() {
+        let (name, at) = (key.get_ref().as_ref(), key.span().start);
+        match value.get_ref() {
+            DeValue::Table(table) => add(&mut entries, name, table, &line)?,
+            DeValue::Array(items)
+                if !items.is_empty() && items.iter().all(|item| item.get_ref().is_table()) =>
+            {
+                for (index, item) in items.iter().enumerate() {
+                    if let DeValue::Table(table) = item.get_ref() {
+                        add(&mut entries, &format!("{name}[{index}]"), table, &line)?;
+                    }
+                }
+            }
+            value => entries.push(entry("", name, value, line(at))?),
+        }
+    }
+    Ok(entries)
+}
+
+fn add(
+    entries: &mut Vec<Entry>,
+    table: &str,
+    content: &DeTable<'_>,
+    line: &impl Fn(usize) -> usize,
+) -> Result<(), Error> {
+    for (key, value) in content {
+        entries.push(entry(table, key.get_ref(), value.get_ref(), line(key.span().start))?);
+    }
+    Ok(())
+}
+
+fn entry(table: &str, name: &str, value: &DeValue<'_>, line: usize) -> Result<Entry, Error> {
+    let value = Value::from_toml(value).ok_or_else(|| {
+        Error::new(format!("is {}", value.type_str()))
+            .line(line)
+            .key(path(table, name))
+            .remedy("keys take a text, a number, or numbers in brackets")
+    })?;
+    Ok(Entry { table: table.into(), name: name.into(), value, line: Some(line) })
+}

@@ -1,0 +1,3 @@
+//! The techniques: each a table of passes, one file a pass.
+
+pub mod translucency;

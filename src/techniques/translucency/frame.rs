@@ -1,0 +1,162 @@
+//! What the passes of a frame compute from.
+
+use crate::Error;
+use crate::numeric::order::max3;
+use crate::raster::{Axes, ShadowView, View};
+use crate::sphere::irradiance;
+use crate::world::camera::Camera;
+use crate::world::light::Light;
+use crate::world::medium::Medium;
+use crate::world::mesh::{Bounds, Mesh};
+use glam::Vec3;
+
+/// The technique's own knobs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// Width and height of a face of the external cubemap, in texels.
+    pub cubemap: usize,
+    /// Width and height of a light's shadow map, in texels.
+    pub shadow: usize,
+    /// Width of the Gaussian that blurs it, in texels; 0 and 1 leave it as it is.
+    pub blur: usize,
+}
+
+/// A light with a shadow map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Caster {
+    /// Its index among the frame's lights.
+    pub light: usize,
+    /// Its view of the solid.
+    pub shadow: ShadowView,
+}
+
+/// A solid, what lights it, and who looks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// The solid, in the scene's unit.
+    pub solid: Mesh,
+    /// The solid's bounding box, each half extent at least 10⁻⁴ of the radius so that a flat solid has one too.
+    pub bounds: Bounds,
+    /// The material.
+    pub medium: Medium,
+    /// Exponent of the highlight of casting lights; 0 for none.
+    pub gloss: f32,
+    /// In the scene's order.
+    pub lights: Vec<Light>,
+    /// The lights that cast, in the scene's order.
+    pub casters: Vec<Caster>,
+    /// For each light that is an environment, one matrix a colour whose quadratic form is irradiance.
+    pub irradiance: Vec<Option<[[[f32; 4]; 4]; 3]>>,
+    /// Who looks.
+    pub camera: Camera,
+    /// The camera's view.
+    pub view: View,
+    /// Radiance of pixels that see no surface.
+    pub background: Vec3,
+    /// The technique's knobs.
+    pub settings: Settings,
+}
+
+impl Frame {
+    /// Prepares a frame; `size` is the image's width and height.
+    ///
+    /// # Errors
+    /// A point light inside or too near the solid's bounding box: the error's key is `light[i]`.
+    #[expect(clippy::too_many_arguments, reason = "called once, by run.rs, with a scene's parts by name")]
+    pub fn new(
+        solid: Mesh,
+        medium: Medium,
+        gloss: f32,
+        lights: Vec<Light>,
+        camera: Camera,
+        size: [usize; 2],
+        background: Vec3,
+        settings: Settings,
+    ) -> Result<Self, Error> {
+        let bounds = solid.bounds();
+        let (center, half) = (bounds.center(), bounds.half_extents());
+        let half = max3(half, Vec3::splat(half.length() * 1e-4));
+        let bounds = Bounds { low: center - half, high: center + half };
+        let mut casters = Vec::new();
+        for (index, light) in lights.iter().enumerate() {
+            let shadow = match light {
+                Light::Point { position, .. } => ShadowView::point(*position, center, half, settings.shadow)
+                    .map_err(|error| error.key(format!("light[{index}].position")))?,
+                Light::Directional { direction, .. } => {
+                    ShadowView::directional(*direction, center, half, settings.shadow)
+                }
+                Light::Environment { .. } => continue,
+            };
+            casters.push(Caster { light: index, shadow });
+        }
+        let irradiance = lights
+            .iter()
+            .map(|light| match light {
+                Light::Environment { coefficients } => Some(irradiance::matrix(coefficients)),
+                _ => None,
+            })
+            .collect();
+        let view = View::perspective(
+            camera.position,
+            Axes::looking(camera.target - camera.position, camera.up),
+            camera.tangents(size[0], size[1]),
+            camera.near(&bounds),
+            size,
+        );
+        Ok(Self {
+            solid,
+            bounds,
+            medium,
+            gloss,
+            lights,
+            casters,
+            irradiance,
+            camera,
+            view,
+            background,
+            settings,
+        })
+    }
+
+    /// The index of a light among the casters.
+    pub(super) fn caster(&self, light: usize) -> Option<usize> {
+        self.casters.iter().position(|caster| caster.light == light)
+    }
+
+    /// The unit direction from `point` towards the camera.
+    #[inline]
+    pub(super) fn towards_camera(&self, point: Vec3) -> Vec3 {
+        (self.camera.position - point).normalize_or_zero()
+    }
+
+    /// The refracted direction r of §2: the view ray to `point` bent into the medium about the unit `normal` by
+    /// Snell's law; always a unit vector that points inward. Where the interpolated normal is averted from the
+    /// camera, only the ray's tangential part counts.
+    #[inline]
+    pub(super) fn refracted(&self, point: Vec3, normal: Vec3) -> Vec3 {
+        let ray = -self.towards_camera(point);
+        let sine = (ray - normal * ray.dot(normal)) / self.medium.eta;
+        let squared = sine.length_squared();
+        sine - normal * (if squared < 1.0 { 1.0 - squared } else { 0.0 }).sqrt()
+    }
+
+    /// Where a ray from `point`, inside the solid's box, leaves it, and how far that is: the correction of the
+    /// shift problem (§3).
+    #[inline]
+    pub(super) fn exit(&self, point: Vec3, direction: Vec3) -> (Vec3, f32) {
+        let (low, high) = (self.bounds.low, self.bounds.high);
+        let mut nearest = f32::MAX;
+        for axis in 0..3 {
+            // A component of 0 never meets its two planes, and must not make 0/0.
+            if direction[axis] != 0.0 {
+                let side = if direction[axis] > 0.0 { high[axis] } else { low[axis] };
+                let t = (side - point[axis]) / direction[axis];
+                if t < nearest {
+                    nearest = t;
+                }
+            }
+        }
+        let t = if nearest > 0.0 && nearest < f32::MAX { nearest } else { 0.0 };
+        (point + direction * t, t)
+    }
+}

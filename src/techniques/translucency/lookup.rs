@@ -1,0 +1,55 @@
+//! Reading a light's maps at a point of the surface.
+
+use crate::numeric::order::{max, min};
+use crate::raster::ShadowView;
+use glam::Vec3;
+
+/// The four texels around a point, and their bilinear weights. Texels outside the map are those of its edge.
+pub(super) struct Footprint {
+    texels: [usize; 4],
+    weights: [f32; 4],
+}
+
+impl Footprint {
+    pub(super) fn new(shadow: &ShadowView, point: Vec3) -> Self {
+        let size = shadow.view.width;
+        let [x, y] = shadow.texel(point).map(|at| at - 0.5);
+        let (left, top) = (x.floor(), y.floor());
+        let (u, v) = (x - left, y - top);
+        let held = |at: f32| (max(at, 0.0) as usize).min(size - 1);
+        let (x0, x1, y0, y1) = (held(left), held(left + 1.0), held(top), held(top + 1.0));
+        Self {
+            texels: [y0 * size + x0, y0 * size + x1, y1 * size + x0, y1 * size + x1],
+            weights: [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v],
+        }
+    }
+
+    /// The bilinear mean of the texels that hold a distance; `None` where none does.
+    pub(super) fn mean(&self, distance: impl Fn(usize) -> f32) -> Option<f32> {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (texel, share) in self.texels.iter().zip(self.weights) {
+            let distance = distance(*texel);
+            if distance > 0.0 {
+                sum += share * distance;
+                weight += share;
+            }
+        }
+        (weight > 0.0).then(|| sum / weight)
+    }
+
+    /// The share of the texels, weighed bilinearly, that `holds` is true of.
+    pub(super) fn share(&self, holds: impl Fn(usize) -> bool) -> f32 {
+        let weight = |(texel, weight): (&usize, f32)| if holds(*texel) { weight } else { 0.0 };
+        let shares: [f32; 4] = std::array::from_fn(|i| weight((&self.texels[i], self.weights[i])));
+        min(shares[0] + shares[1] + shares[2] + shares[3], 1.0) // the weights' sum may round above 1
+    }
+}
+
+/// How much farther than a texel says a point of its surface may lie: a texel's width, plus what a surface that
+/// the light meets at `cosine` climbs across it (up to eight times its width: at more grazing angles the
+/// irradiance is below an eighth).
+pub(super) fn slack(texel_size: f32, cosine: f32) -> f32 {
+    let cosine = cosine.abs();
+    let climb = max(1.0 - cosine * cosine, 0.0).sqrt() / max(cosine, 1e-3);
+    texel_size * (1.0 + min(climb, 8.0))
+}

@@ -1,0 +1,32 @@
+//! `translucency.matrices`: three symmetric 4×4 matrices a light, one a colour, whose quadratic form is the
+//! radiosity (Eq. 11 after Ramamoorthi and Hanrahan 2001).
+//!
+//! Decides errata T1 (the last row mirrors the last column), T9 (the constants are exact) and T10: the constants
+//! already hold the clamped cosine, so a constant E gives B = πE; `attenuation` divides by that π.
+
+use super::Frame;
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::sphere::irradiance;
+
+pub(super) const PASS: Pass<Frame> = Pass {
+    info: Info {
+        name: "translucency.matrices",
+        equation: "Eq. 11; T1, T9, T10",
+        about: "for each colour the matrix M of B(r) = [r, 1]ᵗ M [r, 1]",
+        inputs: &["translucency.projection"],
+        axes: &[Axis::Light, RGB, Axis::MatrixRow, Axis::MatrixColumn],
+        unit: "irradiance",
+    },
+    run,
+};
+
+fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
+    let projection = inputs.get("translucency.projection");
+    let mut values = Vec::with_capacity(frame.lights.len() * 48);
+    for light in 0..frame.lights.len() {
+        let terms = projection.slice(light);
+        let coefficients = std::array::from_fn(|i| [terms[3 * i], terms[3 * i + 1], terms[3 * i + 2]]);
+        values.extend(irradiance::matrix(&coefficients).iter().flatten().flatten());
+    }
+    Buffer::f32(&[frame.lights.len(), 3, 4, 4], values)
+}
