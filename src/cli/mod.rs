@@ -3,6 +3,7 @@
 //! Exit status: 0 done, 1 a check failed, 2 bad input or usage.
 
 mod bless;
+mod font;
 mod info;
 mod init;
 mod passes;

@@ -1,10 +1,159 @@
-//! A sheet of every requested image, for eyes: each channel group scaled to its own range, with its pass's name.
+//! A sheet of every requested image with its name, for eyes: what a frame is made of at one look.
+//!
+//! Colours are scaled so that all but the brightest hundredth of their values fit; other channels run from their
+//! least to their greatest value other than 0, from dark to light; indices are told apart by colour.
 
+use super::font;
 use crate::Error;
-use crate::pass::{Buffer, Info};
+use crate::numeric::order::{clamp, max};
+use crate::numeric::random;
+use crate::pass::{Buffer, Channel, Data, Info, Layer, layers, png};
 use std::path::{Path, PathBuf};
+use tiny_skia::{Color, Pixmap};
+
+/// Width and height of an image on the sheet, in pixels.
+const CELL: usize = 256;
+
+/// Room between images, and for a line of text below them.
+const GAP: usize = 12;
+const TEXT: usize = 20;
+
+/// Images side by side.
+const COLUMNS: usize = 5;
+
+/// An image of the sheet: a name, and RGB in sRGB code values.
+struct Picture {
+    name: String,
+    width: usize,
+    height: usize,
+    rgb: Vec<[u8; 3]>,
+}
 
 /// Writes the sheet and returns its path; nothing where fewer than two images were asked for.
-pub(super) fn write(_path: &Path, _kept: &[(Info, Buffer)]) -> Result<Option<PathBuf>, Error> {
-    Ok(None)
+///
+/// # Errors
+/// What the system refuses, naming the file.
+pub(super) fn write(path: &Path, kept: &[(Info, Buffer)]) -> Result<Option<PathBuf>, Error> {
+    let images = kept.iter().filter(|(info, _)| info.is_image());
+    let pictures: Vec<Picture> =
+        images.flat_map(|(info, buffer)| layers(info, buffer)).flat_map(|layer| pictures(&layer)).collect();
+    if pictures.len() < 2 {
+        return Ok(None);
+    }
+    let columns = COLUMNS.min(pictures.len());
+    let (width, height) =
+        (GAP + columns * (CELL + GAP), GAP + pictures.len().div_ceil(columns) * (CELL + TEXT + GAP));
+    let too_large = || Error::new("the sheet of passes is too large").file(path);
+    let mut sheet = Pixmap::new(width as u32, height as u32).ok_or_else(too_large)?;
+    sheet.fill(Color::from_rgba8(24, 24, 28, 255));
+    for (index, picture) in pictures.iter().enumerate() {
+        let (left, top) = (GAP + index % columns * (CELL + GAP), GAP + index / columns * (CELL + TEXT + GAP));
+        place(&mut sheet, picture, left, top);
+        font::draw(&mut sheet, &picture.name, left as f32, (top + CELL + 5) as f32);
+    }
+    let rgb: Vec<u8> =
+        sheet.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect();
+    png::write(path, width, height, &rgb)?;
+    Ok(Some(path.into()))
+}
+
+/// Draws a picture into its cell, as large as fits: whole texels where it grows, the nearest where it shrinks.
+fn place(sheet: &mut Pixmap, picture: &Picture, left: usize, top: usize) {
+    let longer = picture.width.max(picture.height);
+    let pitch = sheet.width() as usize;
+    let (width, height) = (picture.width * CELL / longer, picture.height * CELL / longer);
+    for y in 0..height {
+        for x in 0..width {
+            let [r, g, b] = picture.rgb[y * longer / CELL * picture.width + x * longer / CELL];
+            let at = (top + (CELL - height) / 2 + y) * pitch + left + (CELL - width) / 2 + x;
+            sheet.pixels_mut()[at] = tiny_skia::ColorU8::from_rgba(r, g, b, 255).premultiply();
+        }
+    }
+}
+
+/// The pictures of a layer: three channels that belong together make one, another channel one of its own. A cube's
+/// faces come stacked; they are laid side by side, two rows of three.
+fn pictures(layer: &Layer) -> Vec<Picture> {
+    let mut pictures = Vec::new();
+    let mut rest = layer.channels.as_slice();
+    while let Some(first) = rest.first() {
+        let group = ["R", "x", "nx"].contains(&first.name.as_str()) && rest.len() >= 3;
+        let (channels, others) = rest.split_at(if group { 3 } else { 1 });
+        rest = others;
+        let rgb = match (&channels[0].data, first.name.as_str()) {
+            (Data::U32(indices), _) => indices.iter().map(|index| index_colour(*index)).collect(),
+            (_, "R") => colours(channels),
+            (_, "nx") => each(channels, |value| value * 0.5 + 0.5),
+            _ => ranged(channels),
+        };
+        let label = if first.name == "R" || first.name == "Y" {
+            String::new()
+        } else {
+            format!(" {}", names(channels))
+        };
+        let short = layer.name.split_once('.').map_or(layer.name.as_str(), |(_, short)| short);
+        pictures.push(unstacked(Picture {
+            name: format!("{short}{label}"),
+            width: layer.width,
+            height: layer.height,
+            rgb,
+        }));
+    }
+    pictures
+}
+
+fn names(channels: &[Channel]) -> String {
+    channels.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>().join(" ")
+}
+
+fn unstacked(picture: Picture) -> Picture {
+    let size = picture.width;
+    if picture.height != 6 * size {
+        return picture;
+    }
+    let texel = |index: usize| {
+        let (x, y) = (index % (3 * size), index / (3 * size));
+        picture.rgb[((y / size * 3 + x / size) * size + y % size) * size + x % size]
+    };
+    let rgb = (0..6 * size * size).map(texel).collect();
+    Picture { width: 3 * size, height: 2 * size, rgb, ..picture }
+}
+
+fn values(channel: &Channel) -> &[f32] {
+    match &channel.data {
+        Data::F32(values) => values,
+        Data::U32(_) => &[],
+    }
+}
+
+/// One pixel of each three values that `code` brings to [0, 1]; a single channel gives grey.
+fn each(channels: &[Channel], code: impl Fn(f32) -> f32) -> Vec<[u8; 3]> {
+    let byte = |channel: usize, index: usize| {
+        (clamp(code(values(&channels[channel.min(channels.len() - 1)])[index]), 0.0, 1.0) * 255.0 + 0.5) as u8
+    };
+    (0..values(&channels[0]).len()).map(|index| [0, 1, 2].map(|channel| byte(channel, index))).collect()
+}
+
+fn colours(channels: &[Channel]) -> Vec<[u8; 3]> {
+    let mut all: Vec<f32> = channels.iter().flat_map(values).copied().filter(|value| *value > 0.0).collect();
+    all.sort_by(f32::total_cmp);
+    let bright = all.get(all.len() * 99 / 100).copied().unwrap_or(1.0);
+    each(channels, |value| f32::from(png::srgb8(value / bright)) / 255.0)
+}
+
+fn ranged(channels: &[Channel]) -> Vec<[u8; 3]> {
+    let all = || channels.iter().flat_map(values).copied().filter(|value| *value != 0.0);
+    let (low, high) = all().fold((f32::MAX, f32::MIN), |(low, high), value| {
+        (if value < low { value } else { low }, max(high, value))
+    });
+    let span = if high > low { high - low } else { 1.0 };
+    // 0 stands for "nothing" in every such channel and stays black.
+    each(channels, |value| if value == 0.0 { 0.0 } else { 0.15 + 0.85 * (value - low) / span })
+}
+
+fn index_colour(index: u32) -> [u8; 3] {
+    if index == u32::MAX {
+        return [0; 3];
+    }
+    [0, 1, 2].map(|channel| 64 + (random::bits(0, u64::from(index), 0, channel) >> 56) as u8 / 4 * 3)
 }

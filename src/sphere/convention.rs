@@ -205,8 +205,8 @@ mod tests {
         let message = Convention::from_name("condon-shortly").unwrap_err().to_string();
         assert_eq!(
             message,
-            "there is no convention of spherical harmonics `condon-shortly`; did you mean `condon-shortley`? \
-             There are bitlight, condon-shortley, 4pi, n3d, sn3d"
+            "there is no convention of spherical harmonics \"condon-shortly\"; did you mean \"condon-shortley\"? \
+             there are bitlight, condon-shortley, 4pi, n3d, sn3d"
         );
         assert!(convert(Convention::N3d, Convention::Sn3d, &mut [0.0; 10]).is_err());
     }

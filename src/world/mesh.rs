@@ -1,8 +1,6 @@
 //! Triangle meshes: what makes one valid, its normals, its bounds and the facts that a report names.
 
-use std::ops::{Add, Div, Mul, Sub};
-
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 
 use crate::Error;
 use crate::numeric::{order, sum};
@@ -267,7 +265,7 @@ impl Bounds {
 }
 
 /// For each value the lowest index that holds an equal one; −0 equals +0.
-pub(super) fn first_equal(values: &[Vec3]) -> Vec<u32> {
+fn first_equal(values: &[Vec3]) -> Vec<u32> {
     let mut keyed: Vec<([u32; 3], u32)> =
         (0u32..).zip(values).map(|(i, &v)| ((v + Vec3::ZERO).to_array().map(f32::to_bits), i)).collect();
     keyed.sort_unstable();
@@ -279,7 +277,7 @@ pub(super) fn first_equal(values: &[Vec3]) -> Vec<u32> {
 }
 
 /// Whether a vertex may lie at `position`.
-pub(super) fn in_range(position: Vec3) -> bool {
+fn in_range(position: Vec3) -> bool {
     position.to_array().iter().all(|coordinate| coordinate.abs() <= MAX_COORDINATE) // false for NaN
 }
 
@@ -294,7 +292,7 @@ fn area_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3
     let mut sums = vec![DVec3::ZERO; positions.len()];
     for &triangle in triangles {
         let doubled = doubled_area(positions, triangle);
-        triangle.iter().for_each(|&corner| sums[corner as usize] = sums[corner as usize] + doubled);
+        triangle.iter().for_each(|&corner| sums[corner as usize] += doubled);
     }
     sums.into_iter().map(|sum| unit(sum).unwrap_or(DEFAULT_NORMAL)).collect()
 }
@@ -303,80 +301,6 @@ fn area_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3
 fn unit(vector: DVec3) -> Option<Vec3> {
     let length = vector.length();
     (length > 0.0 && length.is_finite()).then(|| (vector / length).as_vec3())
-}
-
-/// A vector in `f64`, with the names of glam's, whose own is behind a feature that is off.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct DVec3 {
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) z: f64,
-}
-
-impl DVec3 {
-    pub(super) const ZERO: Self = Self::new(0.0, 0.0, 0.0);
-
-    pub(super) const fn new(x: f64, y: f64, z: f64) -> Self {
-        Self { x, y, z }
-    }
-
-    pub(super) fn dot(self, other: Self) -> f64 {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
-    pub(super) fn cross(self, other: Self) -> Self {
-        Self::new(
-            self.y * other.z - self.z * other.y,
-            self.z * other.x - self.x * other.z,
-            self.x * other.y - self.y * other.x,
-        )
-    }
-
-    pub(super) fn length_squared(self) -> f64 {
-        self.dot(self)
-    }
-
-    pub(super) fn length(self) -> f64 {
-        self.dot(self).sqrt()
-    }
-
-    pub(super) fn as_vec3(self) -> Vec3 {
-        Vec3::new(self.x as f32, self.y as f32, self.z as f32)
-    }
-}
-
-impl From<Vec3> for DVec3 {
-    fn from(single: Vec3) -> Self {
-        Self::new(single.x.into(), single.y.into(), single.z.into())
-    }
-}
-
-impl Add for DVec3 {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
-    }
-}
-
-impl Sub for DVec3 {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
-    }
-}
-
-impl Mul<f64> for DVec3 {
-    type Output = Self;
-    fn mul(self, factor: f64) -> Self {
-        Self::new(self.x * factor, self.y * factor, self.z * factor)
-    }
-}
-
-impl Div<f64> for DVec3 {
-    type Output = Self;
-    fn div(self, divisor: f64) -> Self {
-        Self::new(self.x / divisor, self.y / divisor, self.z / divisor)
-    }
 }
 
 #[cfg(test)]

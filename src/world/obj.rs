@@ -1,13 +1,15 @@
-//! Wavefront OBJ files: their polygons, as one mesh.
+//! Wavefront OBJ files: their polygons, as one mesh. The parser is tobj.
 //!
-//! Read are `v`, `vn` and `f`; every other line is skipped, so no material library is ever opened, groups and
-//! objects merge in file order, and texture coordinates split no vertex. Polygons become fans from their first
-//! corner. Vertices keep the order of the file, unused ones included, so what is computed a vertex can be
-//! compared with other programs that read the same file. Source: Wavefront, Advanced Visualizer, appendix B1.
+//! tobj is handed only what makes a mesh: the coordinates of `v` and `vn`, and `f`. Materials, groups, objects,
+//! texture coordinates, lines, curves, colours and comments are left out, so no other file is opened and the
+//! whole file is one surface. The same walk over the lines refuses what tobj would take in silence or refuse
+//! without a line: an index of 0, a face of two corners, a NaN.
 //!
-//! A vertex is shared by all faces that name it with an equal normal. Where faces give it several (a hard
-//! edge), the first keeps its number and each other is a new vertex after the file's own, in file order.
-//! Corners without a normal share one computed from their faces ([`Mesh::new`]).
+//! Polygons become fans from their first corner; triangles keep the order of the file. Vertices come in the
+//! order in which faces first use them, and unused ones are dropped. Vertices in one place become one (−0 equals
+//! +0), so computed normals are smooth across groups and texture seams. Where every corner of the file has a
+//! normal, only vertices with equal normals become one, so hard edges stay hard; where some corner has none, all
+//! normals are computed ([`Mesh::new`]). Source: Wavefront, Advanced Visualizer, appendix B1.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -16,14 +18,11 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::mesh::{self, Mesh};
+use super::mesh::{MAX_COORDINATE, MAX_TRIANGLES, Mesh};
 use crate::Error;
 
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: u64 = 1 << 30;
-
-/// A corner without a normal, in place of its index.
-const NO_NORMAL: u32 = u32::MAX;
 
 /// Reads the OBJ file at `path`.
 ///
@@ -32,174 +31,135 @@ const NO_NORMAL: u32 = u32::MAX;
 /// held in memory.
 pub fn read(path: impl AsRef<Path>) -> Result<Mesh, Error> {
     let path = path.as_ref();
-    let unreadable = |error: std::io::Error| {
-        Error::new(format!("cannot read the mesh: {error}"))
-            .file(path)
-            .remedy("check the path and the folder of the assets")
-    };
-    let file = File::open(path).map_err(unreadable)?;
-    let too_long = || {
-        Error::new(format!("the mesh is longer than {MAX_BYTES} bytes"))
-            .file(path)
-            .remedy("simplify it or write fewer decimals")
-    };
-    if file.metadata().map_err(unreadable)?.len() > MAX_BYTES {
-        return Err(too_long());
-    }
     let mut bytes = Vec::new();
-    // What is not a plain file has no length: read one byte beyond the limit at most.
-    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(too_long());
+    let length = File::open(path).and_then(|file| match file.metadata()?.len() {
+        // What is not a plain file has no length: read one byte beyond the limit at most.
+        0..=MAX_BYTES => file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map(|length| length as u64),
+        length => Ok(length),
+    });
+    match length {
+        Ok(0..=MAX_BYTES) => parse(&bytes, path),
+        Ok(_) => Err(Error::new(format!("the mesh is longer than {MAX_BYTES} bytes"))
+            .file(path)
+            .remedy("simplify it or write fewer decimals")),
+        Err(error) => Err(Error::new(format!("cannot read the mesh: {error}"))
+            .file(path)
+            .remedy("check the path and the folder of the assets")),
     }
-    parse(&bytes, path)
 }
 
 /// The mesh of an OBJ file that is already in memory; `name` is the file that errors name.
 ///
 /// Faces must follow the vertices that they name, as they do wherever relative (negative) indices are to have
-/// a meaning. What follows the third coordinate (a weight of rational curves, a colour) is skipped. A file cut
+/// a meaning. Bytes that are not UTF-8 are accepted where nothing is read, as in comments and names. A file cut
 /// off between two lines, or inside the last number of a face, is a shorter valid file and cannot be told.
 ///
 /// # Errors
-/// With the line: a `v`, `vn` or `f` that does not parse, a coordinate that is not finite or beyond
-/// [`mesh::MAX_COORDINATE`], a face of fewer than three corners or of vertices or normals that are not above
-/// it, more vertices or triangles than a mesh may have. Without: the refusals of [`Mesh::new`].
+/// With the line: a `v`, `vn` or `f` that does not parse, a number that is not finite or beyond
+/// [`MAX_COORDINATE`], a face of fewer than three corners or of vertices or normals that are not above it, more
+/// than [`MAX_TRIANGLES`]. Without: the refusals of [`Mesh::new`].
 pub fn parse(bytes: &[u8], name: impl AsRef<Path>) -> Result<Mesh, Error> {
-    let mut polygons = Polygons::default();
-    for (line, text) in bytes.split(|&byte| byte == b'\n').enumerate() {
-        polygons.line(text).map_err(|error| error.file(&name).line(line + 1))?;
+    let text = String::from_utf8_lossy(bytes);
+    let mut surface = Surface::default();
+    for (line, text) in text.trim_start_matches('\u{feff}').split('\n').enumerate() {
+        surface.line(text).map_err(|error| error.file(&name).line(line + 1))?;
     }
-    polygons.into_mesh().map_err(|error| error.file(&name))
+    surface.into_mesh().map_err(|error| error.file(&name))
 }
 
-#[derive(Clone, Copy, PartialEq)]
-struct Corner {
-    vertex: u32,
-    normal: u32,
-}
-
+/// What tobj is handed, and what stands in it.
 #[derive(Default)]
-struct Polygons {
-    positions: Vec<Vec3>,
-    normals: Vec<Vec3>,
-    triangles: Vec<[Corner; 3]>,
+struct Surface {
+    text: String,
+    vertices: usize,
+    normals: usize,
+    triangles: usize,
+    /// Whether some corner has no normal.
+    bare: bool,
 }
 
-impl Polygons {
-    fn line(&mut self, text: &[u8]) -> Result<(), Error> {
-        let mut words = text
-            .split(u8::is_ascii_whitespace)
-            .filter(|word| !word.is_empty())
-            .take_while(|word| !word.starts_with(b"#"));
+impl Surface {
+    fn line(&mut self, line: &str) -> Result<(), Error> {
+        let mut words = line.split('#').next().unwrap_or_default().split_whitespace();
         match words.next() {
-            Some(b"v") => {
-                let position =
-                    vector(words).filter(|&position| mesh::in_range(position)).ok_or_else(|| {
-                        Error::new("the vertex is not three numbers in range").remedy(format!(
-                            "write `v x y z` with numbers within ±{:e}",
-                            mesh::MAX_COORDINATE
-                        ))
-                    })?;
-                if self.positions.len() == mesh::MAX_VERTICES {
-                    return Err(too_many(mesh::MAX_VERTICES, "vertices"));
+            Some(keyword @ ("v" | "vn")) => {
+                let valid = |number: f32| number.abs() <= MAX_COORDINATE; // false for NaN
+                let numbers: Vec<_> = words.take(3).filter(|word| word.parse().is_ok_and(valid)).collect();
+                let [x, y, z] = numbers[..] else {
+                    return Err(Error::new(format!("the `{keyword}` is not three numbers in range"))
+                        .remedy(format!("write `{keyword} x y z` with numbers within ±{MAX_COORDINATE:e}")));
+                };
+                *(if keyword == "v" { &mut self.vertices } else { &mut self.normals }) += 1;
+                self.text.extend([keyword, " ", x, " ", y, " ", z, "\n"]);
+            }
+            Some("f") => {
+                self.text.push('f');
+                let corners = words.try_fold(0, |count, word| self.corner(word).map(|()| count + 1))?;
+                self.text.push('\n');
+                if corners < 3 {
+                    return Err(Error::new("the face has fewer than three corners")
+                        .remedy("remove it; at the end of a file, see whether the file is cut off"));
                 }
-                self.positions.push(position);
+                self.triangles += corners - 2;
+                if self.triangles > MAX_TRIANGLES {
+                    return Err(Error::new(format!("the mesh has more than {MAX_TRIANGLES} triangles"))
+                        .remedy("simplify it or split it"));
+                }
             }
-            Some(b"vn") => {
-                let normal = vector(words).ok_or_else(|| {
-                    Error::new("the normal is not three numbers").remedy("write `vn x y z`")
-                })?;
-                self.normals.push(normal);
-            }
-            Some(b"f") => self.face(words)?,
             _ => {}
         }
         Ok(())
     }
 
-    fn face<'a>(&mut self, mut words: impl Iterator<Item = &'a [u8]>) -> Result<(), Error> {
-        let mut next = || words.next().map(|word| self.corner(word)).transpose();
-        let (Some(first), Some(mut previous), Some(mut last)) = (next()?, next()?, next()?) else {
-            return Err(Error::new("the face has fewer than three corners")
-                .remedy("remove it; at the end of a file, see whether the file is cut off"));
-        };
-        loop {
-            if self.triangles.len() == mesh::MAX_TRIANGLES {
-                return Err(too_many(mesh::MAX_TRIANGLES, "triangles"));
-            }
-            self.triangles.push([first, previous, last]);
-            let Some(word) = words.next() else { return Ok(()) };
-            (previous, last) = (last, self.corner(word)?);
+    /// `vertex`, `vertex/texture`, `vertex//normal` or `vertex/texture/normal`: from 1, or back from −1.
+    fn corner(&mut self, word: &str) -> Result<(), Error> {
+        let counts = [self.vertices, usize::MAX, self.normals]; // of textures only the form matters
+        let valid = word.split('/').zip(counts).enumerate().all(|(place, (field, count))| {
+            let within = |index: isize| index != 0 && index.unsigned_abs() <= count;
+            field.parse().is_ok_and(within) || (place > 0 && field.is_empty())
+        });
+        self.bare |= word.split('/').nth(2).is_none_or(str::is_empty);
+        if valid && word.split('/').count() <= counts.len() {
+            self.text.extend([" ", word]);
+            return Ok(());
         }
-    }
-
-    /// `vertex`, `vertex/texture`, `vertex//normal` or `vertex/texture/normal`.
-    fn corner(&self, word: &[u8]) -> Result<Corner, Error> {
-        let mut fields = word.split(|&byte| byte == b'/');
-        let vertex = index(fields.next(), self.positions.len());
-        fields.next(); // the texture's
-        let normal = match fields.next() {
-            None | Some(b"") => Some(NO_NORMAL),
-            field => index(field, self.normals.len()),
-        };
-        match (vertex, normal, fields.next()) {
-            (Some(vertex), Some(normal), None) => Ok(Corner { vertex, normal }),
-            _ => Err(Error::new(format!(
-                "the face's corner `{}` names none of the {} vertices and {} normals above it",
-                String::from_utf8_lossy(&word[..word.len().min(40)]),
-                self.positions.len(),
-                self.normals.len()
-            ))
-            .remedy("write `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1, or back from −1")),
-        }
+        Err(Error::new(format!(
+            "the face's corner `{}` names none of the {} vertices and {} normals above it",
+            word.chars().take(40).collect::<String>(),
+            self.vertices,
+            self.normals
+        ))
+        .remedy("write `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1, or back from −1"))
     }
 
     fn into_mesh(self) -> Result<Mesh, Error> {
-        if self.triangles.iter().flatten().all(|corner| corner.normal == NO_NORMAL) {
-            let triangles = self.triangles.iter().map(|corners| corners.map(|corner| corner.vertex));
-            return Mesh::new(self.positions, None, triangles.collect());
+        // One index a vertex: what that splits (at texture indices) is in one place and becomes one again.
+        let options = tobj::LoadOptions { triangulate: true, single_index: true, ..Default::default() };
+        let (models, _) = tobj::load_obj_buf(&mut self.text.as_bytes(), &options, |_| Ok(Default::default()))
+            .map_err(|error| {
+                Error::new(format!("tobj: {error}")).remedy("write the file with another program")
+            })?;
+        let (mut positions, mut normals, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
+        let mut welded = BTreeMap::new();
+        for tobj::Model { mesh, .. } in &models {
+            let at = |numbers: &[f32], vertex| Vec3::from_slice(&numbers[3 * vertex..]) + Vec3::ZERO; // no −0
+            let weld = |vertex| {
+                let position = at(&mesh.positions, vertex);
+                let normal = if self.bare { Vec3::ZERO } else { at(&mesh.normals, vertex) };
+                let bits = [position, normal].map(|vector| vector.to_array().map(f32::to_bits));
+                *welded.entry(bits).or_insert_with(|| {
+                    positions.push(position);
+                    normals.push(normal);
+                    positions.len() as u32 - 1
+                })
+            };
+            let vertices: Vec<u32> = (0..mesh.positions.len() / 3).map(weld).collect();
+            let corners = mesh.indices.as_chunks().0.iter();
+            triangles
+                .extend(corners.map(|corners: &[u32; 3]| corners.map(|corner| vertices[corner as usize])));
         }
-        // Exporters that write a normal a corner repeat equal ones: only their values may split a vertex.
-        let equal = mesh::first_equal(&self.normals);
-        let mut positions = self.positions;
-        let mut kept: Vec<Option<u32>> = vec![None; positions.len()]; // the normal of each vertex so far
-        let mut copies = BTreeMap::new();
-        let mut split = |corner: Corner| {
-            let vertex = corner.vertex as usize;
-            let normal = equal.get(corner.normal as usize).copied().unwrap_or(NO_NORMAL);
-            if *kept[vertex].get_or_insert(normal) == normal {
-                return corner.vertex;
-            }
-            *copies.entry((corner.vertex, normal)).or_insert_with(|| {
-                positions.push(positions[vertex]);
-                kept.push(Some(normal));
-                (positions.len() - 1) as u32
-            })
-        };
-        let triangles = self.triangles.iter().map(|corners| corners.map(&mut split)).collect();
-        let normals = kept
-            .into_iter()
-            .map(|normal| normal.and_then(|n| self.normals.get(n as usize).copied()).unwrap_or(Vec3::ZERO))
-            .collect();
-        Mesh::new(positions, Some(normals), triangles)
+        Mesh::new(positions, Some(normals), triangles) // computes those of length zero
     }
-}
-
-fn vector<'a>(words: impl Iterator<Item = &'a [u8]>) -> Option<Vec3> {
-    let mut numbers = words.map(|word| std::str::from_utf8(word).ok()?.parse::<f32>().ok());
-    Some(Vec3::new(numbers.next()??, numbers.next()??, numbers.next()??))
-}
-
-/// The index from 0 that `field` means after `count` elements: from 1 upward, or from −1 backward.
-fn index(field: Option<&[u8]>, count: usize) -> Option<u32> {
-    let number: i64 = std::str::from_utf8(field?).ok()?.parse().ok()?;
-    let from_zero = if number < 0 { number.checked_add(count as i64)? } else { number - 1 };
-    usize::try_from(from_zero).ok().filter(|&index| index < count).map(|index| index as u32)
-}
-
-fn too_many(most: usize, things: &str) -> Error {
-    Error::new(format!("the mesh has more than {most} {things}")).remedy("simplify it or split it")
 }
 
 #[cfg(test)]
@@ -211,12 +171,29 @@ mod tests {
     }
 
     #[test]
-    fn keeps_the_files_order_and_unused_vertices() {
-        let text = "v 9 9 9\nv 0 0 0 0.5\r\nv 1 0 0 1 0 0\n\n# a comment\nv 0 1 0 # another\nf 2 3 4\n";
+    fn vertices_come_in_order_of_first_use_and_unused_ones_go() {
+        let text =
+            "\u{feff}v 9 9 9\nv 0 0 0 0.5\r\nv 1 0 0 1 0 0\n\n# a comment\nv 0 1 0 # another\n f 4 2 3\n";
         let mesh = parse(text.as_bytes(), "a.obj").unwrap();
-        assert_eq!(mesh.positions, [Vec3::splat(9.0), Vec3::ZERO, Vec3::X, Vec3::Y]);
-        assert_eq!(mesh.triangles, [[1, 2, 3]]);
-        assert_eq!(mesh.normals[1], Vec3::Z);
+        assert_eq!(mesh.positions, [Vec3::Y, Vec3::ZERO, Vec3::X]);
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+        assert_eq!(mesh.normals, [Vec3::Z; 3]);
+    }
+
+    #[test]
+    fn vertices_in_one_place_are_one_across_groups() {
+        let text = "g a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ng b\nv -0 0 0\nv 0 0 1\nv 1 0 -0\nf 4 5 6\n";
+        let mesh = parse(text.as_bytes(), "a.obj").unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 3, 1]]);
+        assert!(mesh.normals[1].distance(Vec3::new(0.0, 1.0, 1.0) / 2.0_f32.sqrt()) < 1e-6);
+    }
+
+    #[test]
+    fn bytes_that_are_not_utf8_are_refused_only_where_they_are_read() {
+        let good = b"# gr\xfc\xdfe\no \xff\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        assert_eq!(parse(good, "a.obj").unwrap().triangles, [[0, 1, 2]]);
+        let bad = parse(b"\xc3\nv 0 0 \xc3\nv 1 0 0\n", "bad.obj").unwrap_err();
+        assert_eq!(bad.line, Some(2));
     }
 
     #[test]
@@ -229,13 +206,15 @@ mod tests {
     #[test]
     fn objects_merge_and_material_libraries_stay_closed() {
         let text = "mtllib /absent/nowhere.mtl\no a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n\
-                    o b\nv 0 0 1\ng c\nusemtl blue\nf 1 2 4\nl 1 2\ns off\n\u{e9}\n";
+                    o b\nv 0 0 1\ng c\nusemtl blue\nf 1 2 4\nl 1 2\ns off\n\u{e9}\n\
+                    usemtl\nl 1 2 3\nv 0 0 2\nl -1/9 1 2 3 4\np 1\n";
         assert_eq!(parse(text.as_bytes(), "a.obj").unwrap().triangles, [[0, 1, 2], [0, 1, 3]]);
     }
 
     #[test]
     fn texture_coordinates_split_no_vertex() {
-        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 1\nf 1/1 2/1 3/1\nf 1/2 4/2 2/2\n";
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 1\nf 1/1 2/1 3/1\n\
+                    f 1/2 4/-9223372036854775808 2/9223372036854775807\n";
         let mesh = parse(text.as_bytes(), "a.obj").unwrap();
         assert_eq!(mesh.positions.len(), 4);
         assert!(mesh.normals[0].distance(Vec3::new(0.0, 1.0, 1.0) / 2.0_f32.sqrt()) < 1e-6);
@@ -252,16 +231,17 @@ mod tests {
         let hard =
             format!("{square}vn 0 0 2\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4//2\nf 3//2 4//2 1//1\n");
         let mesh = parse(hard.as_bytes(), "a.obj").unwrap();
-        assert_eq!(mesh.triangles, [[0, 1, 2], [4, 5, 3], [5, 3, 0]]);
-        assert_eq!(mesh.positions[4..], [mesh.positions[0], mesh.positions[2]]);
+        assert_eq!(mesh.triangles, [[0, 1, 2], [3, 4, 5], [4, 5, 0]]);
+        assert_eq!(mesh.positions[3..5], [mesh.positions[0], mesh.positions[2]]);
         assert_eq!(mesh.normals, [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::X, Vec3::X, Vec3::X]);
     }
 
     #[test]
-    fn corners_without_a_normal_get_one_from_their_own_faces() {
-        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1 3 2\n";
-        let mesh = parse(text.as_bytes(), "a.obj").unwrap();
-        assert_eq!(mesh.normals, [Vec3::X, Vec3::X, Vec3::X, -Vec3::Z, -Vec3::Z, -Vec3::Z]);
+    fn normals_that_some_corner_lacks_are_all_computed() {
+        for bare in ["3", "3/1", "3//", "3/1/"] {
+            let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nf 1//1 2//1 {bare}\n");
+            assert_eq!(parse(text.as_bytes(), "a.obj").unwrap().normals, [Vec3::Z; 3]);
+        }
     }
 
     #[test]
@@ -275,6 +255,7 @@ mod tests {
             "v 1e19 0 0",
             "v",
             "vn 1 2",
+            "vn inf 0 0",
             "f",
             "f 1 2",
             "f 1 2 4",
@@ -285,6 +266,10 @@ mod tests {
             "f 1 2 3.0",
             "f 1//1 2//1 3//2",
             "f 1//1 2//1 3//0",
+            "f 1//1 2//1 3//9223372036854775807",
+            "f 1/x 2 3",
+            "f 1/0 2 3",
+            "f 1/1/1/ 2 3",
             "f 1/1/1/1 2 3",
             "f 1 2 3 \\",
             "f /1 2 3",

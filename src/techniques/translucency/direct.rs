@@ -62,7 +62,7 @@ fn cast(
     if cosine <= 0.0 {
         return Vec3::ZERO;
     }
-    let limit = shadow.distance(point) - slack(shadow.texel_size(point), cosine);
+    let limit = shadow.distance(point) - slack(shadow, point, cosine);
     let lit =
         Footprint::new(shadow, point).share(|texel| first[texel * 2] == 0.0 || limit <= first[texel * 2]);
     let diffuse = leaving * frame.medium.transmittance(cosine);

@@ -46,10 +46,10 @@ impl Footprint {
 }
 
 /// How much farther than a texel says a point of its surface may lie: a texel's width, plus what a surface that
-/// the light meets at `cosine` climbs across it (up to eight times its width: at more grazing angles the
-/// irradiance is below an eighth).
-pub(super) fn slack(texel_size: f32, cosine: f32) -> f32 {
+/// the light meets at `cosine` climbs across it. Within the last texel of its silhouette a sphere as wide as a map of
+/// n texels climbs √n of them; nothing rounder than that is asked for more.
+pub(super) fn slack(shadow: &ShadowView, point: Vec3, cosine: f32) -> f32 {
     let cosine = cosine.abs();
     let climb = max(1.0 - cosine * cosine, 0.0).sqrt() / max(cosine, 1e-3);
-    texel_size * (1.0 + min(climb, 8.0))
+    shadow.texel_size(point) * (1.0 + min(climb, (shadow.view.width as f32).sqrt()))
 }

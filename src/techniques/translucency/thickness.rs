@@ -34,7 +34,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
         let distance = shadow.distance(point);
         let entered = footprint.mean(|texel| first[texel]).unwrap_or(distance);
         let cosine = frame.lights[*light].arriving(point).map_or(0.0, |(towards, _)| normal.dot(towards));
-        let slack = slack(shadow.texel_size(point), cosine);
+        let slack = slack(shadow, point, cosine);
         // A texel without a second surface hides nothing.
         let receives = footprint.share(|texel| second[texel] == 0.0 || distance <= second[texel] + slack);
         out.copy_from_slice(&[max(distance - entered, 0.0), receives]);

@@ -1,11 +1,11 @@
 //! A smooth solid with three handles.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::{check, subdivide};
 use crate::Error;
 use crate::numeric::{double, parallel};
-use crate::world::mesh::{DVec3, Mesh};
+use crate::world::mesh::Mesh;
 
 /// The finest [`genus3`]: 9 million triangles.
 pub const MAX_GENUS3_RESOLUTION: usize = 64;
@@ -101,7 +101,7 @@ impl Field {
             for point in chunk {
                 for _ in 0..steps {
                     let (value, gradient) = self.at(*point);
-                    *point = *point - gradient * (value / gradient.length_squared());
+                    *point -= gradient * (value / gradient.length_squared());
                 }
             }
         });
@@ -163,7 +163,7 @@ fn surface_nets(field: &Field) -> (Vec<DVec3>, Vec<[u32; 4]>) {
             let [u, v] = [strides[(axis + 1) % 3], strides[(axis + 2) % 3]];
             let cells = [node - u - v, node - v, node, node - u];
             for cell in cells {
-                crossings[cell].0 = crossings[cell].0 + crossing;
+                crossings[cell].0 += crossing;
                 crossings[cell].1 += 1.0;
             }
             let [a, b, c, d] = cells;

@@ -7,11 +7,11 @@ mod genus3;
 
 use std::collections::BTreeMap;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 pub use genus3::{MAX_GENUS3_RESOLUTION, genus3};
 
-use super::mesh::{DVec3, Mesh};
+use super::mesh::Mesh;
 use crate::Error;
 use crate::numeric::double;
 
