@@ -19,3 +19,8 @@ pub mod world;
 
 pub use error::Error;
 pub(crate) use error::{nearest, unknown};
+
+/// The README's example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

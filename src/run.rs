@@ -80,6 +80,8 @@ pub fn render(
 /// # Errors
 /// A missing or unusable asset, a light inside the solid.
 pub fn frame(scene: &Scene, assets: &Assets) -> Result<translucency::Frame, Error> {
+    // Before anything is loaded: a missing file shows at once.
+    scene.assets().into_iter().try_for_each(|name| assets.find(name).map(drop))?;
     let lights = scene.lights.iter().map(|source| light(source, assets)).collect::<Result<_, _>>()?;
     translucency::Frame::new(
         solid(&scene.solid, assets)?,

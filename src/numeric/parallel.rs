@@ -22,12 +22,21 @@ pub fn map<T: Send>(count: usize, item: impl Fn(usize) -> T + Sync + Send) -> Ve
     return (0..count).map(item).collect();
 }
 
+/// The most threads that [`with_threads`] starts.
+#[cfg(feature = "threads")]
+pub const MAX_THREADS: usize = 1024;
+
 /// Runs `work` with `threads` threads (0: one for each core).
 ///
 /// # Errors
-/// Where the system refuses to start the threads.
+/// More than [`MAX_THREADS`], and where the system refuses to start the threads.
 #[cfg(feature = "threads")]
 pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, crate::Error> {
+    if threads > MAX_THREADS {
+        return Err(
+            crate::Error::new(format!("{threads} threads")).remedy(format!("ask for at most {MAX_THREADS}"))
+        );
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
         crate::Error::new(format!("cannot start {threads} threads: {error}")).remedy("ask for fewer")
     })?;

@@ -1,0 +1,308 @@
+//! The command as a person meets it: files, exit status, messages.
+#![cfg(feature = "cli")]
+
+use serde_json::Value as Json;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const KNOT: &str = "scenes/translucency/knot.toml";
+/// A knot that renders in a blink.
+const SMALL: [&str; 10] = [
+    "--set",
+    "image.width=24",
+    "--set",
+    "image.height=16",
+    "--set",
+    "solid.resolution=6",
+    "--set",
+    "translucency.shadow=32",
+    "--set",
+    "translucency.cubemap=8",
+];
+
+fn bitlight(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_bitlight"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("BITLIGHT_ASSETS").args(arguments);
+    command.output().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn folder() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_string_lossy().into_owned();
+    (folder, path)
+}
+
+fn render(out: &str, more: &[&str]) -> Output {
+    bitlight(&[&["render", KNOT, "-o", out], &SMALL[..], more].concat())
+}
+
+fn report(out: &str) -> Json {
+    serde_json::from_slice(&std::fs::read(Path::new(out).join("knot.json")).unwrap()).unwrap()
+}
+
+fn passes(report: &Json) -> Vec<&str> {
+    report["passes"].as_array().unwrap().iter().map(|pass| pass["name"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn render_writes_what_it_says_and_runs_no_more_than_needed() {
+    let (_keep, out) = folder();
+    let output = render(&out, &["--passes", "shadow,translucency.blur"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let report = report(&out);
+    assert_eq!(passes(&report), ["translucency.shadow", "translucency.blur"]);
+    assert_eq!(report["passes"][0]["shape"], serde_json::json!([1, 32, 32, 2]));
+    assert_eq!(report["passes"][0]["type"], "f32");
+    assert_eq!(report["passes"][0]["digest"].as_str().unwrap().len(), 64);
+    assert!(report["passes"][0]["seconds"].as_f64().unwrap() >= 0.0);
+    assert_eq!((&report["scene"], &report["settings"]["translucency.shadow"]), (&KNOT.into(), &32.into()));
+    let layers = bitlight::pass::exr::read(&Path::new(&out).join("knot.exr")).unwrap();
+    let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();
+    assert_eq!(names, ["translucency.shadow.light0", "translucency.blur.light0"]);
+}
+
+#[test]
+fn all_passes_come_as_exr_npy_png_and_json() {
+    let (_keep, out) = folder();
+    let output = render(&out, &["--passes", "all", "--threads", "2"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    for line in stdout(&output).lines().filter(|line| !line.ends_with("in passes")) {
+        assert!(Path::new(line).is_file(), "{line} was announced");
+    }
+    let known: Vec<_> = bitlight::run::passes().map(|info| info.name).collect();
+    assert_eq!(passes(&report(&out)), known);
+    let file = |name: &str| Path::new(&out).join(name);
+    let matrices = bitlight::pass::npy::read(&file("knot.translucency.matrices.npy")).unwrap();
+    assert_eq!(matrices.shape, [2, 3, 4, 4]);
+    let layers = bitlight::pass::exr::read(&file("knot.exr")).unwrap();
+    assert_eq!(layers[0].name, "translucency.final", "viewers show the first part");
+    assert!(file("knot.png").is_file() && file("knot.passes.png").is_file());
+}
+
+#[test]
+fn the_default_is_the_picture_and_leaves_out_nothing_that_it_needs() {
+    let (_keep, out) = folder();
+    assert!(render(&out, &[]).status.success());
+    let layers = bitlight::pass::exr::read(&Path::new(&out).join("knot.exr")).unwrap();
+    assert_eq!(layers.len(), 1);
+    assert_eq!(passes(&report(&out)).len(), bitlight::run::passes().count(), "final needs every pass");
+}
+
+#[test]
+fn bad_input_is_status_2_and_a_message_that_helps() {
+    let (_keep, out) = folder();
+    let missing = "scenes/translucency/knto.toml";
+    let cases: [(&[&str], &[&str]); 10] = [
+        (&["render", missing], &["knto.toml", "bitlight init"]),
+        (&["render", KNOT, "-o", &out, "--set", "camera.foov=30"], &["camera.foov", "did you mean fov?"]),
+        (&["render", KNOT, "-o", &out, "--passes", "finale"], &["\"finale\"", "did you mean \"final\"?"]),
+        (
+            &["render", KNOT, "-o", &out, "--set", "light[0].position=[0,0,0]"],
+            &["light[0].position", "inside"],
+        ),
+        (
+            &["render", "scenes/assets/translucency/buddha.toml", "-o", &out],
+            &["stanford/buddha.obj", "--assets DIR"],
+        ),
+        (&["render", KNOT, "-o", "/proc/none"], &["/proc/none", "-o"]),
+        (&["render", KNOT, "-o", &out, "--threads", "100000"], &["100000 threads", "at most 1024"]),
+        (&["passes", "fur"], &["\"fur\"", "translucency"]),
+        (&["init", "fur"], &["\"fur\"", "translucency"]),
+        (&["sh", "project", "grase"], &["did you mean \"grace\"?"]),
+    ];
+    for (arguments, parts) in cases {
+        let output = bitlight(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        for part in parts {
+            assert!(stderr(&output).contains(part), "{arguments:?} said {}", stderr(&output));
+        }
+    }
+    assert_eq!(bitlight(&["rendre"]).status.code(), Some(2));
+    assert_eq!(std::fs::read_dir(&out).map_or(0, Iterator::count), 0, "a refused render leaves no file");
+}
+
+/// A golden of the small knot in a folder of its own.
+fn bless(golden: &str, scene: &str, more: &[&str]) -> Output {
+    let mut arguments = vec!["bless", scene, "--golden", golden, "--pixels"];
+    arguments.extend(SMALL.iter().copied().chain(more.iter().copied()));
+    bitlight(&arguments)
+}
+
+/// A copy of the knot's scene with one word changed, in a folder `scenes`.
+fn changed(folder: &str, from: &str, to: &str) -> String {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(KNOT)).unwrap();
+    assert!(text.contains(from));
+    let path = PathBuf::from(folder).join("scenes/knot.toml");
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    std::fs::write(&path, text.replace(from, to)).unwrap();
+    path.to_string_lossy().into_owned()
+}
+
+#[test]
+fn verify_passes_a_golden_and_names_the_first_pixel_of_a_fault() {
+    let (_keep, base) = folder();
+    let golden = format!("{base}/golden");
+    let scene = changed(&base, "fov", "fov");
+    let missing = bitlight(&["verify", &scene, "--golden", &golden]);
+    assert_eq!(missing.status.code(), Some(1), "a missing golden fails");
+    assert!(stdout(&missing).contains("bitlight bless"));
+
+    assert!(bless(&golden, &scene, &["--reason", "the first"]).status.success());
+    let same = bitlight(&["verify", &scene, "--golden", &golden]);
+    assert!(
+        same.status.success() && stdout(&same).contains("1 passed, 0 failed, 0 skipped"),
+        "{}",
+        stdout(&same)
+    );
+
+    // One value of one pixel in the kept pixels, and its digest in the manifest, as if the code had changed.
+    let exr = format!("{golden}/knot/passes.exr");
+    let mut layers = bitlight::pass::exr::read(Path::new(&exr)).unwrap();
+    let blur = layers.iter_mut().find(|layer| layer.name == "translucency.blur.light0").unwrap();
+    let bitlight::pass::Data::F32(values) = &mut blur.channels[0].data else { panic!() };
+    let at = values.iter().position(|value| *value > 0.0).unwrap();
+    values[at] = values[at].next_up();
+    let place = format!("pixel ({}, {})", at % 32, at / 32);
+    bitlight::pass::exr::write(Path::new(&exr), &layers).unwrap();
+    let manifest = format!("{golden}/knot.json");
+    let mut json: Json = serde_json::from_slice(&std::fs::read(&manifest).unwrap()).unwrap();
+    for pass in json["passes"].as_array_mut().unwrap() {
+        if pass["name"] == "translucency.blur" {
+            pass["digest"] = "0".repeat(64).into();
+        }
+    }
+    std::fs::write(&manifest, json.to_string()).unwrap();
+    let fault = bitlight(&["verify", &scene, "--golden", &golden, "-o", &base]);
+    let text = stdout(&fault);
+    assert_eq!(fault.status.code(), Some(1));
+    assert!(text.contains("translucency.blur differs first"), "{text}");
+    assert!(text.contains(&place) && text.contains("(1 ULP)") && text.contains("1 pixels differ"), "{text}");
+    assert!(Path::new(&base).join("knot.translucency.blur.light0.difference.png").is_file());
+}
+
+#[test]
+fn bless_keeps_why_and_what_and_a_changed_scene_is_told_from_changed_code() {
+    let (_keep, base) = folder();
+    let golden = format!("{base}/golden");
+    let scene = changed(&base, "fov", "fov");
+    assert_eq!(bless(&golden, &scene, &["--reason", " "]).status.code(), Some(2), "a reason is needed");
+    assert!(bless(&golden, &scene, &["--reason", "the first"]).status.success());
+    assert!(stdout(&bless(&golden, &scene, &["--reason", "again"])).contains("nothing has changed"));
+
+    changed(&base, "fov = 30", "fov = 31");
+    let moved = bitlight(&["verify", &scene, "--golden", &golden]);
+    assert_eq!(moved.status.code(), Some(1));
+    assert!(stdout(&moved).contains("camera.fov = 30, the scene has 31"), "{}", stdout(&moved));
+    assert!(bitlight(&["bless", &scene, "--golden", &golden, "--reason", "a wider view"]).status.success());
+    assert!(bitlight(&["verify", &scene, "--golden", &golden]).status.success());
+
+    let history = std::fs::read_to_string(format!("{golden}/knot.history")).unwrap();
+    let entries: Vec<_> = history.lines().filter(|line| !line.starts_with(' ')).collect();
+    assert!(entries.len() == 2 && entries[0].ends_with("the first") && entries[1].ends_with("a wider view"));
+    assert!(
+        history.contains("translucency.gbuffer: ") && history.contains("settings: camera.fov"),
+        "{history}"
+    );
+    assert_eq!(
+        history.matches("translucency.cubemap").count(),
+        1,
+        "the cubemap does not see the camera: {history}"
+    );
+}
+
+#[test]
+fn a_scene_without_its_asset_is_reported_as_skipped() {
+    let output = bitlight(&["verify", "scenes/assets/translucency/buddha.toml", "--assets", "/nowhere"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).contains("skipped: /nowhere/stanford/buddha.obj"), "{}", stdout(&output));
+    assert!(stdout(&output).contains("0 passed, 0 failed, 1 skipped"));
+}
+
+#[test]
+fn passes_lists_every_pass_with_its_equation() {
+    let text = stdout(&bitlight(&["passes", "translucency"]));
+    for info in bitlight::run::passes() {
+        assert!(text.contains(info.name) && text.contains(info.equation), "{}", info.name);
+    }
+}
+
+#[test]
+fn init_writes_a_scene_that_renders() {
+    let (_keep, base) = folder();
+    let scene = format!("{base}/mine.toml");
+    std::fs::write(&scene, bitlight(&["init", "translucency"]).stdout).unwrap();
+    let output = bitlight(&[&["render", &scene, "-o", &base], &SMALL[..]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+}
+
+#[test]
+fn info_describes_an_image() {
+    let (_keep, out) = folder();
+    render(&out, &["--passes", "visibility"]);
+    let text = stdout(&bitlight(&["info", &format!("{out}/knot.exr")]));
+    assert!(text.contains("translucency.visibility (24 x 16)") && text.contains("u32"), "{text}");
+    assert_eq!(bitlight(&["info", "Cargo.toml"]).status.code(), Some(2));
+}
+
+fn json(output: &Output) -> Json {
+    assert!(output.status.success(), "{}", stderr(output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn sh_projects_rotates_converts_and_evaluates() {
+    let (_keep, base) = folder();
+    let published = json(&bitlight(&["sh", "project", "grace", "--bands", "3"]));
+    assert_eq!((&published["bands"], &published["convention"]), (&3.into(), &"bitlight".into()));
+    let file = format!("{base}/grace.json");
+    std::fs::write(&file, published.to_string()).unwrap();
+    let number = |json: &Json, row: usize| json["coefficients"][row][0].as_f64().unwrap();
+    assert!((number(&published, 0) - 0.78908).abs() < 1e-6);
+
+    // A quarter turn about y takes x to -z: the coefficient of z becomes that of -x.
+    let turned = json(&bitlight(&["sh", "rotate", &file, "--axis", "0,1,0", "--degrees", "90"]));
+    assert!((number(&turned, 2) + number(&published, 3)).abs() < 1e-9, "{turned}");
+    let phased = json(&bitlight(&["sh", "rotate", &file, "--to", "condon-shortley"]));
+    assert_eq!(number(&phased, 3), -number(&published, 3));
+    std::fs::write(format!("{base}/phased.json"), phased.to_string()).unwrap();
+
+    let at =
+        |file: &str| json(&bitlight(&["sh", "eval", file, "--direction", "1,-2,0.5"]))["radiance"].clone();
+    assert_eq!(at(&file), at(&format!("{base}/phased.json")), "a function does not depend on its convention");
+    let basis = json(&bitlight(&["sh", "eval", "--direction", "0,0,1", "--bands", "2"]));
+    assert!((basis["basis"][2].as_f64().unwrap() - 0.488_602_511_9).abs() < 1e-9);
+
+    std::fs::write(
+        format!("{base}/short.json"),
+        r#"{"bands": 2, "convention": "bitlight", "coefficients": [[1, 1, 1]]}"#,
+    )
+    .unwrap();
+    let refused = bitlight(&["sh", "rotate", &format!("{base}/short.json")]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("has 1 coefficients; 2 bands have 4"), "{}", stderr(&refused));
+}
+
+#[test]
+fn goldens_are_small() {
+    fn bytes(folder: &Path) -> u64 {
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+        entries
+            .map(
+                |entry| {
+                    if entry.path().is_dir() { bytes(&entry.path()) } else { entry.metadata().unwrap().len() }
+                },
+            )
+            .sum()
+    }
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden");
+    let total = bytes(&golden);
+    assert!(total < 20 << 20, "golden/ has {total} bytes");
+}
