@@ -66,7 +66,7 @@ fn render_writes_what_it_says_and_runs_no_more_than_needed() {
     assert_eq!((&report["scene"], &report["settings"]["translucency.shadow"]), (&KNOT.into(), &32.into()));
     let layers = bitlight::pass::exr::read(&Path::new(&out).join("knot.exr")).unwrap();
     let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();
-    assert_eq!(names, ["translucency.shadow.light0", "translucency.blur.light0"]);
+    assert_eq!(names, ["translucency.shadow.caster0", "translucency.blur.caster0"]);
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn verify_passes_a_golden_and_names_the_first_pixel_of_a_fault() {
     // One value of one pixel in the kept pixels, and its digest in the manifest, as if the code had changed.
     let exr = format!("{golden}/knot/passes.exr");
     let mut layers = bitlight::pass::exr::read(Path::new(&exr)).unwrap();
-    let blur = layers.iter_mut().find(|layer| layer.name == "translucency.blur.light0").unwrap();
+    let blur = layers.iter_mut().find(|layer| layer.name == "translucency.blur.caster0").unwrap();
     let bitlight::pass::Data::F32(values) = &mut blur.channels[0].data else { panic!() };
     let at = values.iter().position(|value| *value > 0.0).unwrap();
     values[at] = values[at].next_up();
@@ -185,7 +185,7 @@ fn verify_passes_a_golden_and_names_the_first_pixel_of_a_fault() {
     assert_eq!(fault.status.code(), Some(1));
     assert!(text.contains("translucency.blur differs first"), "{text}");
     assert!(text.contains(&place) && text.contains("(1 ULP)") && text.contains("1 pixels differ"), "{text}");
-    assert!(Path::new(&base).join("knot.translucency.blur.light0.difference.png").is_file());
+    assert!(Path::new(&base).join("knot.translucency.blur.caster0.difference.png").is_file());
 }
 
 #[test]

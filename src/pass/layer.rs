@@ -5,7 +5,8 @@ use super::{Axis, Buffer, Data, Info};
 /// One image with named channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
-    /// The pass, with the light's number where it has one a light: `translucency.shadow.light0`.
+    /// The pass, with the number of the light or of the casting light where it has one for each:
+    /// `translucency.direct.light0`, `translucency.shadow.caster0`.
     pub name: String,
     /// In pixels.
     pub width: usize,
@@ -33,8 +34,8 @@ pub fn layers(info: &Info, buffer: &Buffer) -> Vec<Layer> {
     let length = |wanted: Axis| {
         info.axes.iter().position(|axis| *axis == wanted).map_or(1, |position| buffer.shape[position])
     };
-    let numbered = matches!(info.axes[0], Axis::Light | Axis::Caster);
-    let count = if numbered { buffer.shape[0] } else { 1 };
+    let numbered = matches!(info.axes[0], Axis::Light | Axis::Caster).then(|| info.axes[0].label());
+    let count = if numbered.is_some() { buffer.shape[0] } else { 1 };
     let (width, height) = (length(Axis::Column), length(Axis::Face) * length(Axis::Row));
     let names: &[&str] = match info.axes.last() {
         Some(Axis::Channel(names)) => names,
@@ -46,7 +47,10 @@ pub fn layers(info: &Info, buffer: &Buffer) -> Vec<Layer> {
                 name: (*name).into(),
                 data: strided(&buffer.data, number * width * height, width * height, names.len(), channel),
             });
-            let name = if numbered { format!("{}.light{number}", info.name) } else { info.name.into() };
+            let name = match &numbered {
+                Some(axis) => format!("{}.{axis}{number}", info.name),
+                None => info.name.into(),
+            };
             Layer { name, width, height, channels: channels.collect() }
         })
         .collect()
