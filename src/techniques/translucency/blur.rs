@@ -33,11 +33,12 @@ fn taps(width: usize) -> Vec<f32> {
 }
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
+    let shadows = inputs.get("translucency.shadow");
     let (size, taps) = (frame.settings.shadow, taps(frame.settings.blur));
     let mut values = Vec::with_capacity(frame.casters.len() * size * size);
     for number in 0..frame.casters.len() {
-        let shadow = inputs.get("translucency.shadow").slice(number);
-        let weighed: Vec<[f32; 2]> = shadow
+        let weighed: Vec<[f32; 2]> = shadows
+            .slice(number)
             .chunks_exact(2)
             .map(|texel| if texel[0] > 0.0 { [texel[0], 1.0] } else { [0.0; 2] })
             .collect();

@@ -1,0 +1,141 @@
+//! The accumulation step and its lookup: transmit, projection, matrices, radiosity.
+
+use bitlight_reference::translucency::cube::{FACES, texel_direction, texel_solid_angle};
+use bitlight_reference::translucency::optics::schlick_transmittance;
+use bitlight_reference::translucency::{
+    CubemapSample, eq6_project_samples, eq10_radiosity, eq11_constants, eq11_matrix,
+};
+
+use crate::world::{Rendered, scenes};
+use crate::{U, Worst, larger};
+
+/// Schlick's transmittance at the recorded cosine times the recorded irradiance. 1 − (F₀ + (1 − F₀) m⁵) has some
+/// eight roundings of numbers up to 1.
+#[test]
+fn transmit() {
+    for scene in scenes() {
+        let (cubemap, transmit) = (scene.buffer("cubemap"), scene.buffer("transmit"));
+        assert_eq!(transmit.shape[..4], cubemap.shape[..4]);
+        let mut worst = Worst::new(format!("transmit of {}", scene.name));
+        for (index, texel) in cubemap.as_f32().chunks_exact(4).enumerate() {
+            let transmittance = schlick_transmittance(scene.world.eta, f64::from(texel[3]));
+            for channel in 0..3 {
+                let irradiance = f64::from(texel[channel]);
+                let found = transmit.as_f32()[index * 3 + channel];
+                worst.check(
+                    found,
+                    transmittance * irradiance,
+                    8.0 * U * irradiance,
+                    transmit.place(index * 3),
+                );
+            }
+        }
+        worst.done(1000);
+    }
+}
+
+/// Eq. 6 over all texels. Both sums are in f64, so the only rounding is that of the result.
+#[test]
+fn projection() {
+    for scene in scenes() {
+        let (transmit, size) = (scene.buffer("transmit"), scene.world.cubemap);
+        let mut worst = Worst::new(format!("projection of {}", scene.name));
+        for light in 0..scene.world.lamps.len() {
+            for channel in 0..3 {
+                let mut samples = Vec::new();
+                let mut texels = transmit.slice(light).chunks_exact(3);
+                for face in FACES {
+                    for (row, column) in (0..size as u32).flat_map(|j| (0..size as u32).map(move |i| (j, i)))
+                    {
+                        samples.push(CubemapSample {
+                            direction: texel_direction(face, size as u32, column, row),
+                            solid_angle: texel_solid_angle(size as u32, column, row),
+                            irradiance: f64::from(texels.next().unwrap()[channel]),
+                        });
+                    }
+                }
+                let magnitude: f64 =
+                    samples.iter().map(|sample| sample.irradiance * sample.solid_angle).sum();
+                for (i, expected) in eq6_project_samples(3, &samples).into_iter().enumerate() {
+                    let found = scene.buffer("projection").slice(light)[i * 3 + channel];
+                    let tolerance = 1.001 * U * expected.abs() + 1e-14 * magnitude;
+                    worst.check(found, expected, tolerance, (light, i, channel));
+                }
+            }
+        }
+        worst.done(100);
+    }
+}
+
+/// Eq. 11 with the constants of their definitions. An entry is a rounded constant times a coefficient, or two of these.
+#[test]
+fn matrices() {
+    for scene in scenes() {
+        let (projection, matrices) = (scene.buffer("projection"), scene.buffer("matrices"));
+        assert_eq!(matrices.shape, [scene.world.lamps.len(), 3, 4, 4]);
+        let mut worst = Worst::new(format!("matrices of {}", scene.name));
+        for light in 0..scene.world.lamps.len() {
+            for channel in 0..3 {
+                let e: [f64; 9] =
+                    std::array::from_fn(|i| f64::from(projection.slice(light)[i * 3 + channel]));
+                let c = eq11_constants();
+                let expected = eq11_matrix(&e, &c);
+                for (entry, found) in matrices.slice(light)[channel * 16..][..16].iter().enumerate() {
+                    let expected = expected[entry / 4][entry % 4];
+                    let terms =
+                        if entry == 15 { c[3] * e[0].abs() + c[4] * e[6].abs() } else { expected.abs() };
+                    worst.check(*found, expected, 3.0 * U * terms, (light, channel, entry));
+                }
+            }
+        }
+        worst.done(100);
+    }
+}
+
+/// Eq. 10 where the refracted ray leaves the box. The refracted direction is exact to some [`U`] in each component and
+/// the point of exit to some [`U`] of the box: the tolerance is what that changes, and the rounding of a sum of sixteen.
+#[test]
+fn radiosity() {
+    for scene in scenes() {
+        let mut worst = Worst::new(format!("radiosity of {}", scene.name));
+        let mut lit = 0;
+        for light in 0..scene.world.lamps.len() {
+            let matrices = scene.buffer("matrices").slice(light);
+            for index in 0..scene.pixels() {
+                let found = &scene.buffer("radiosity").slice(light)[index * 3..][..3];
+                let Some((point, normal)) = scene.pixel(index) else {
+                    assert_eq!(found, [0.0; 3]);
+                    continue;
+                };
+                for channel in 0..3 {
+                    let entries = &matrices[channel * 16..][..16];
+                    let matrix: [[f64; 4]; 4] =
+                        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(entries[i * 4 + j])));
+                    let (expected, tolerance) = radiosity_at(scene, &matrix, point, normal);
+                    lit += usize::from(expected > 0.0);
+                    worst.check(found[channel], expected, tolerance, (light, index, channel));
+                }
+            }
+        }
+        assert!(lit > 1000, "{}: {lit}", scene.name);
+        worst.done(1000);
+    }
+}
+
+fn radiosity_at(scene: &Rendered, matrix: &[[f64; 4]; 4], point: [f64; 3], normal: [f64; 3]) -> (f64, f64) {
+    let bounds = &scene.world.bounds;
+    let r = scene.world.refracted(point, normal);
+    let at = |point, r| eq10_radiosity(matrix, bounds.lookup_direction(point, r));
+    let here = at(point, r);
+    let terms: f64 = matrix.iter().flatten().map(|entry| entry.abs()).sum();
+    let mut tolerance = 16.0 * U * terms;
+    for axis in 0..3 {
+        let mut turned = r;
+        turned[axis] += 8.0 * U;
+        tolerance += (at(point, turned) - here).abs();
+        let mut moved = point;
+        moved[axis] += 4.0 * U * larger(bounds.max[axis].abs(), bounds.min[axis].abs());
+        tolerance += (at(moved, r) - here).abs();
+    }
+    (larger(here, 0.0), tolerance)
+}
