@@ -10,6 +10,7 @@
 #![expect(clippy::needless_range_loop, reason = "axes and channels are numbers in the equations")]
 
 mod accumulated;
+mod coverage;
 mod medium;
 mod oracle;
 mod physics;

@@ -27,7 +27,7 @@ fn the_views_of_the_cubemap_look_along_the_reference_texels() {
         let (bounds, size) = (&scene.world.bounds, scene.world.cubemap);
         for face in FACES {
             let view = View::onto_face(face, bounds, size);
-            for (i, j) in [(0, 0), (11, 0), (3, 7)] {
+            for (i, j) in [(0, 0), (8, 0), (3, 7)] {
                 let on_cube = texel_point(face, size as u32, i, j);
                 let half = bounds.half_extents();
                 let point = add(bounds.centre(), [0, 1, 2].map(|axis| on_cube[axis] * half[axis]));

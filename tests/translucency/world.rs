@@ -161,14 +161,22 @@ pub(crate) const SOLIDS: [(&str, &str, &str); 4] = [
     ),
 ];
 
-/// One scene a solid, each under a point, a direction, a published probe and a constant environment.
+/// One scene a solid, each under a point, a direction, a published probe and a constant environment, and one with the
+/// lights in another order.
 pub(crate) fn scenes() -> &'static [Rendered] {
     static SCENES: OnceLock<Vec<Rendered>> = OnceLock::new();
     SCENES.get_or_init(|| {
         let render = |(name, solid, material): (&'static str, &str, &str)| {
             Rendered::new(name, &[&head(solid, material), PROBE, POINT, EVEN, BEAM].concat())
         };
-        SOLIDS.into_iter().map(render).collect()
+        let mut scenes: Vec<_> = SOLIDS.into_iter().map(render).collect();
+        // Without the blur a lookup at a silhouette meets empty texels; and odd sizes have texels in the middle.
+        let (_, solid, material) = SOLIDS[1];
+        let text = [&head(solid, material), BEAM, EVEN, POINT, PROBE].concat();
+        let knobs = "cubemap = 12, shadow = 48, blur = 5";
+        assert!(text.contains(knobs));
+        scenes.push(Rendered::new("unblurred", &text.replace(knobs, "cubemap = 9, shadow = 33, blur = 0")));
+        scenes
     })
 }
 

@@ -4,6 +4,9 @@
 //! The integral is a sum over texels: E times the basis at the texel's centre times the texel's exact solid angle.
 //! A row is summed from left to right and rows pairwise, in f64, so that the sum's error stays below that of its
 //! terms at any size.
+//!
+//! A texel that sees nothing counts as E = 0, as in the paper, so light is lost where the solid does not fill its box:
+//! a constant irradiance on a sphere gives 0.879 of the c00 that it gives on a box.
 
 use super::Frame;
 use super::cubemap::FACES;
