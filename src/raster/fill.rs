@@ -9,7 +9,6 @@ use super::{SUBPIXELS, View};
 use crate::numeric::order::{clamp, max, min};
 use crate::numeric::parallel;
 use glam::Vec3;
-use std::ops::AddAssign;
 
 /// The triangle of a pixel that none covers.
 pub const NONE: u32 = u32::MAX;
@@ -59,13 +58,21 @@ struct Ready {
     y: [i32; 3],
     z: [f32; 3],
     triangle: u32,
+    /// Pixels whose centres lie in its box and in the image: first column and row, and one past the last.
+    left: u16,
+    top: u16,
+    right: u16,
+    bottom: u16,
 }
 
-/// The triangles of a run, and for each tile those that touch it.
+/// The triangles of a run, in order, and for each tile those that touch it.
 struct Run {
     ready: Vec<Ready>,
-    /// (tile, index into `ready`), ascending.
-    touched: Vec<(u32, u32)>,
+    /// Indices into `ready`, those of one tile after those of another, ascending in each; empty where the image has
+    /// one tile, which all touch.
+    touched: Vec<u32>,
+    /// Where each tile's part of `touched` begins, and where the last ends.
+    begins: Vec<u32>,
 }
 
 /// The nearest triangle of every pixel of `view`, both sides of a triangle alike.
@@ -84,11 +91,14 @@ pub fn visibility(
     assert!(view.width.max(view.height) <= super::MAX_SIZE, "{} × {} pixels", view.width, view.height);
     let vertices = project(positions, view);
     let columns = view.width.div_ceil(TILE);
+    let tiles = columns * view.height.div_ceil(TILE);
     let runs = parallel::map(triangles.len().div_ceil(RUN), |run| {
-        set_up(positions, triangles, &vertices, view, columns, run * RUN)
+        let mut ready = set_up(positions, triangles, &vertices, view, run * RUN);
+        ready.shrink_to_fit();
+        Run::new(ready, columns, tiles)
     });
-    let tiles = parallel::map(columns * view.height.div_ceil(TILE), |tile| {
-        Tile::new(view, tile % columns * TILE, tile / columns * TILE, behind).fill(&runs, tile as u32)
+    let tiles = parallel::map(tiles, |tile| {
+        Tile::new(view, tile % columns * TILE, tile / columns * TILE, behind).fill(&runs, tile)
     });
     let mut whole = Visibility {
         triangle: vec![NONE; view.width * view.height],
@@ -133,82 +143,109 @@ fn on_screen(clip: Vertex, planes: &[Vertex; 5], view: &View) -> Projected {
 }
 
 /// Snaps to 1/256 pixel, half to even.
+#[inline]
 fn snap(clip: Vertex, view: &View) -> (i32, i32, f32) {
-    let snapped = view.pixel(clip).map(|at| (at * SUBPIXELS as f32).round_ties_even() as i32);
-    (snapped[0], snapped[1], clip[2] / clip[3])
+    // Adding 1.5 · 2⁵² leaves no bit for a fraction: the addition rounds half to even, and the sum's low bits are
+    // the whole number. `round_ties_even` would be a call on processors before SSE 4.1.
+    let whole = |at: f32| (f64::from(at * SUBPIXELS as f32) + 6_755_399_441_055_744.0).to_bits() as i32;
+    let [x, y] = view.pixel(clip);
+    (whole(x), whole(y), clip[2] / clip[3])
 }
 
+/// The triangles of a run that cover something, from the `first` on.
 fn set_up(
     positions: &[Vec3],
     triangles: &[[u32; 3]],
     vertices: &[Projected],
     view: &View,
-    columns: usize,
     first: usize,
-) -> Run {
-    let planes = planes(view);
-    let mut run = Run { ready: Vec::new(), touched: Vec::new() };
-    for (offset, corners) in triangles[first..].iter().take(RUN).enumerate() {
-        let triangle = (first + offset) as u32;
-        let projected = corners.map(|corner| vertices[corner as usize]);
-        let codes = projected.map(|vertex| vertex.code);
-        let (all, any) = (codes[0] & codes[1] & codes[2], codes[0] | codes[1] | codes[2]);
-        if all & (LEFT | RIGHT | BELOW | ABOVE) != 0 || any & LOST != 0 {
+) -> Vec<Ready> {
+    let run = &triangles[first..triangles.len().min(first + RUN)];
+    let mut ready = Vec::with_capacity(run.len());
+    for (triangle, corners) in (first as u32..).zip(run) {
+        let [a, b, c] = corners.map(|corner| vertices[corner as usize]);
+        if a.code & b.code & c.code & (LEFT | RIGHT | BELOW | ABOVE) != 0 {
             continue;
         }
-        if any & CLIP == 0 {
-            let points = projected.map(|vertex| (vertex.x, vertex.y, vertex.z));
-            run.add(points, triangle, view, columns);
-        } else {
-            let polygon = clip(corners.map(|corner| view.project(positions[corner as usize])), &planes);
+        let any = a.code | b.code | c.code;
+        if any & (CLIP | LOST) == 0 {
+            ready.extend(prepared([(a.x, a.y, a.z), (b.x, b.y, b.z), (c.x, c.y, c.z)], triangle, view));
+        } else if any & LOST == 0 {
+            let polygon = clip(corners.map(|corner| view.project(positions[corner as usize])), &planes(view));
             let points: Vec<_> = polygon.into_iter().map(|vertex| snap(vertex, view)).collect();
             for pair in points.windows(2).skip(1) {
-                run.add([points[0], pair[0], pair[1]], triangle, view, columns);
+                ready.extend(prepared([points[0], pair[0], pair[1]], triangle, view));
             }
         }
     }
-    run.touched.sort_unstable();
-    run
+    ready
 }
 
-/// The range of pixels, of `size`, whose centres lie in [`low`, `high`] (1/256 pixel), as first and one past last.
-fn centres(low: i32, high: i32, size: usize) -> (usize, usize) {
+/// A triangle made ready, with its corners in the order that makes its area positive; nothing where it has no area
+/// or no pixel's centre in its box.
+#[inline]
+fn prepared([a, b, c]: [(i32, i32, f32); 3], triangle: u32, view: &View) -> Option<Ready> {
+    let (left, right) = centres([a.0, b.0, c.0], view.width);
+    let (top, bottom) = centres([a.1, b.1, c.1], view.height);
+    if left >= right || top >= bottom {
+        return None;
+    }
+    let cross = |p: (i32, i32, f32), q: (i32, i32, f32)| i64::from(p.0 - a.0) * i64::from(q.1 - a.1);
+    let area = cross(b, c) - cross(c, b);
+    let (b, c) = if area < 0 { (c, b) } else { (b, c) };
+    (area != 0).then_some(Ready {
+        x: [a.0, b.0, c.0],
+        y: [a.1, b.1, c.1],
+        z: [a.2, b.2, c.2],
+        triangle,
+        left: left as u16,
+        top: top as u16,
+        right: right as u16,
+        bottom: bottom as u16,
+    })
+}
+
+/// The range of pixels, of `size`, whose centres lie between the least and the greatest of `at` (1/256 pixel), as
+/// first and one past last.
+#[inline]
+fn centres(at: [i32; 3], size: usize) -> (i32, i32) {
+    let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
     let half = SUBPIXELS / 2;
-    let first = (low + half - 1).div_euclid(SUBPIXELS); // ⌈(low − ½) / 1⌉ in pixels
-    let last = (high - half).div_euclid(SUBPIXELS);
-    (first.max(0) as usize, (last + 1).clamp(0, size as i32) as usize)
+    // ⌈low − ½⌉ and ⌊high − ½⌋ + 1 in pixels; the shift is a division that rounds down.
+    let first = (low + half - 1) >> SUBPIXELS.trailing_zeros();
+    let last = ((high - half) >> SUBPIXELS.trailing_zeros()) + 1;
+    (first.max(0), last.min(size as i32))
 }
 
 impl Run {
-    fn add(&mut self, mut points: [(i32, i32, f32); 3], triangle: u32, view: &View, columns: usize) {
-        let area = |p: [(i32, i32, f32); 3]| {
-            let ([x0, x1, x2], [y0, y1, y2]) = (p.map(|p| i64::from(p.0)), p.map(|p| i64::from(p.1)));
-            (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+    /// Sorts triangles into `tiles` tiles, `columns` in a row, by counting.
+    fn new(ready: Vec<Ready>, columns: usize, tiles: usize) -> Self {
+        if tiles == 1 {
+            return Self { ready, touched: Vec::new(), begins: Vec::new() };
+        }
+        let touches = |ready: &Ready| {
+            let tile = |pixel: u16| usize::from(pixel) / TILE;
+            let (left, right) = (tile(ready.left), tile(ready.right - 1));
+            (tile(ready.top)..=tile(ready.bottom - 1))
+                .flat_map(move |row| (left..=right).map(move |column| row * columns + column))
         };
-        match area(points) {
-            0 => return,
-            negative if negative < 0 => points.swap(1, 2),
-            _ => {}
+        let mut begins = vec![0; tiles + 1];
+        for tile in ready.iter().flat_map(touches) {
+            begins[tile + 1] += 1;
         }
-        let ready =
-            Ready { x: points.map(|p| p.0), y: points.map(|p| p.1), z: points.map(|p| p.2), triangle };
-        let (left, right) = extent(ready.x, view.width);
-        let (top, bottom) = extent(ready.y, view.height);
-        if left >= right || top >= bottom {
-            return;
+        for tile in 0..tiles {
+            begins[tile + 1] += begins[tile];
         }
-        let index = self.ready.len() as u32;
-        self.ready.push(ready);
-        for row in top / TILE..=(bottom - 1) / TILE {
-            for column in left / TILE..=(right - 1) / TILE {
-                self.touched.push(((row * columns + column) as u32, index));
+        let mut next: Vec<u32> = begins[..tiles].to_vec();
+        let mut touched = vec![0; begins[tiles] as usize];
+        for (index, one) in ready.iter().enumerate() {
+            for tile in touches(one) {
+                touched[next[tile] as usize] = index as u32;
+                next[tile] += 1;
             }
         }
+        Self { ready, touched, begins }
     }
-}
-
-fn extent(at: [i32; 3], size: usize) -> (usize, usize) {
-    centres(at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]), size)
 }
 
 /// A part of the image that one thread fills.
@@ -237,11 +274,13 @@ impl<'a> Tile<'a> {
         }
     }
 
-    fn fill(mut self, runs: &[Run], tile: u32) -> Self {
+    fn fill(mut self, runs: &[Run], tile: usize) -> Self {
         for run in runs {
-            let first = run.touched.partition_point(|touched| touched.0 < tile);
-            for (_, index) in run.touched[first..].iter().take_while(|touched| touched.0 == tile) {
-                self.draw(&run.ready[*index as usize]);
+            if run.begins.is_empty() {
+                run.ready.iter().for_each(|ready| self.draw(ready));
+            } else {
+                let touched = &run.touched[run.begins[tile] as usize..run.begins[tile + 1] as usize];
+                touched.iter().for_each(|index| self.draw(&run.ready[*index as usize]));
             }
         }
         self
@@ -252,24 +291,28 @@ impl<'a> Tile<'a> {
         // up to 64 pixels. Larger ones (up to 2²³) need 64.
         let reach = |at: [i32; 3]| at[0].max(at[1]).max(at[2]) - at[0].min(at[1]).min(at[2]);
         if reach(ready.x) <= 1 << 14 && reach(ready.y) <= 1 << 14 {
-            self.draw_with::<i32>(ready);
+            self.draw_with(ready, |value| value as i32, |a, b| a + b, |value| value >= 0);
         } else {
-            self.draw_with::<i64>(ready);
+            self.draw_with(ready, |value| value, |a, b| a + b, |value| value >= 0);
         }
     }
 
-    /// Fills one triangle with edge functions of the integer type `I`, which must hold all their values.
-    fn draw_with<I: Copy + AddAssign + PartialOrd + Default + TryFrom<i64>>(&mut self, ready: &Ready) {
-        let (left, right) = extent(ready.x, self.left + self.width);
-        let (top, bottom) = extent(ready.y, self.top + self.height);
-        let (left, top) = (left.max(self.left), top.max(self.top));
-        if left >= right || top >= bottom {
-            return;
-        }
+    /// Fills one triangle with edge functions of an integer type that holds all their values: `narrow` makes it of
+    /// 64 bits, `add` and `inside` step and test it.
+    #[inline(always)]
+    fn draw_with<I: Copy>(
+        &mut self,
+        ready: &Ready,
+        narrow: impl Fn(i64) -> I,
+        add: impl Fn(I, I) -> I,
+        inside: impl Fn(I) -> bool,
+    ) {
+        let left = usize::from(ready.left).max(self.left);
+        let top = usize::from(ready.top).max(self.top);
+        let right = usize::from(ready.right).min(self.left + self.width);
+        let bottom = usize::from(ready.bottom).min(self.top + self.height);
         let centre = |pixel: usize| pixel as i32 * SUBPIXELS + SUBPIXELS / 2;
-        let narrow = |value: i64| I::try_from(value).unwrap_or_else(|_| unreachable!("bounded by draw"));
-        let edges: [(I, I, I); 3] = std::array::from_fn(|i| {
-            let j = (i + 1) % 3;
+        let edge = |i: usize, j: usize| {
             let dx = i64::from(ready.x[j] - ready.x[i]);
             let dy = i64::from(ready.y[j] - ready.y[i]);
             // Top-left rule: a centre on an edge belongs to the triangle whose top or left edge it is.
@@ -277,19 +320,20 @@ impl<'a> Tile<'a> {
             let start = dx * i64::from(centre(top) - ready.y[i]) - dy * i64::from(centre(left) - ready.x[i]);
             let step = i64::from(SUBPIXELS);
             (narrow(start - i64::from(!kept)), narrow(-dy * step), narrow(dx * step))
-        });
-        let plane = Plane::new(ready);
-        let zero = I::default();
-        let mut at_row = edges.map(|edge| edge.0);
+        };
+        let edges = [edge(0, 1), edge(1, 2), edge(2, 0)];
+        let mut plane = None;
+        let mut row = edges.map(|edge| edge.0);
         for y in top..bottom {
-            let mut at = at_row;
+            let mut at = row;
             for x in left..right {
-                if at[0] >= zero && at[1] >= zero && at[2] >= zero {
+                if inside(at[0]) && inside(at[1]) && inside(at[2]) {
+                    let plane = plane.get_or_insert_with(|| Plane::new(ready));
                     self.touch(x, y, plane.depth(centre(x), centre(y)), ready.triangle);
                 }
-                at.iter_mut().zip(&edges).for_each(|(value, edge)| *value += edge.1);
+                at = [add(at[0], edges[0].1), add(at[1], edges[1].1), add(at[2], edges[2].1)];
             }
-            at_row.iter_mut().zip(&edges).for_each(|(value, edge)| *value += edge.2);
+            row = [add(row[0], edges[0].2), add(row[1], edges[1].2), add(row[2], edges[2].2)];
         }
     }
 

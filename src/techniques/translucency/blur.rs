@@ -37,38 +37,59 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let (size, taps) = (frame.settings.shadow, taps(frame.settings.blur));
     let mut values = Vec::with_capacity(frame.casters.len() * size * size);
     for number in 0..frame.casters.len() {
-        let weighed: Vec<[f32; 2]> = shadows
-            .slice(number)
-            .chunks_exact(2)
-            .map(|texel| if texel[0] > 0.0 { [texel[0], 1.0] } else { [0.0; 2] })
-            .collect();
-        let across = convolved(&weighed, size, 1, &taps);
-        let down = convolved(&across, size, size, &taps);
-        values.extend(down.iter().map(|[sum, weight]| if *weight > 0.0 { sum / weight } else { 0.0 }));
+        let shadow = shadows.slice(number);
+        let mut sums: Vec<f32> = shadow.iter().step_by(2).copied().collect();
+        let mut weights: Vec<f32> =
+            sums.iter().map(|distance| f32::from(u8::from(*distance > 0.0))).collect();
+        for map in [&mut sums, &mut weights] {
+            *map = down(&across(map, size, &taps), size, &taps);
+        }
+        let share = |(sum, weight): (&f32, &f32)| if *weight > 0.0 { sum / weight } else { 0.0 };
+        values.extend(sums.iter().zip(&weights).map(share));
     }
     Buffer::f32(&[frame.casters.len(), size, size], values)
 }
 
-/// Convolves pairs along the axis whose neighbours lie `stride` apart; what lies outside the map has no weight.
-fn convolved(pairs: &[[f32; 2]], size: usize, stride: usize, taps: &[f32]) -> Vec<[f32; 2]> {
-    let mut out = vec![[0.0; 2]; pairs.len()];
+/// Where a tap `offset` texels away falls on a map of `size`, outside which nothing has weight: the first texel that
+/// it reaches, the texel it then reads, and for how many texels.
+fn reach(offset: isize, size: usize) -> (usize, usize, usize) {
+    let count = size.saturating_sub(offset.unsigned_abs());
+    if offset < 0 { (size - count, 0, count) } else { (0, size - count, count) }
+}
+
+/// The taps from the far left (or top) to the far right: a texel's sum is taken in this order.
+fn ordered(taps: &[f32]) -> impl Iterator<Item = (isize, f32)> {
+    let reach = taps.len() as isize - 1;
+    (-reach..=reach).map(|offset| (offset, taps[offset.unsigned_abs()]))
+}
+
+/// Convolves each row. One tap at a time over the whole row: the same order of additions for each texel, and many
+/// texels at once.
+fn across(map: &[f32], size: usize, taps: &[f32]) -> Vec<f32> {
+    let mut out = vec![0.0; map.len()];
     parallel::for_each_chunk(&mut out, size, |row, out| {
-        for (column, out) in out.iter_mut().enumerate() {
-            let index = row * size + column;
-            let at = if stride == 1 { column } else { row };
-            let mut total = [0.0_f32; 2];
-            let mut add = |weight: f32, pair: [f32; 2]| {
-                total = [total[0] + weight * pair[0], total[1] + weight * pair[1]];
-            };
-            // From the far left to the far right.
-            for offset in (1..taps.len()).rev().filter(|offset| *offset <= at) {
-                add(taps[offset], pairs[index - offset * stride]);
-            }
-            for (offset, weight) in taps.iter().enumerate().take(size - at) {
-                add(*weight, pairs[index + offset * stride]);
-            }
-            *out = total;
+        let from = &map[row * size..][..size];
+        for (offset, weight) in ordered(taps) {
+            let (to, first, count) = reach(offset, size);
+            add(&mut out[to..to + count], &from[first..first + count], weight);
         }
     });
     out
+}
+
+/// Convolves each column, a row at a time.
+fn down(map: &[f32], size: usize, taps: &[f32]) -> Vec<f32> {
+    let mut out = vec![0.0; map.len()];
+    parallel::for_each_chunk(&mut out, size, |row, out| {
+        for (offset, weight) in ordered(taps) {
+            if let Some(from) = row.checked_add_signed(offset).filter(|from| *from < size) {
+                add(out, &map[from * size..][..size], weight);
+            }
+        }
+    });
+    out
+}
+
+fn add(out: &mut [f32], from: &[f32], weight: f32) {
+    out.iter_mut().zip(from).for_each(|(out, value)| *out += weight * value);
 }

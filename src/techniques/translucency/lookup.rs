@@ -14,10 +14,15 @@ impl Footprint {
     pub(super) fn new(shadow: &ShadowView, point: Vec3) -> Self {
         let size = shadow.view.width;
         let [x, y] = shadow.texel(point).map(|at| at - 0.5);
-        let (left, top) = (x.floor(), y.floor());
-        let (u, v) = (x - left, y - top);
-        let held = |at: f32| (max(at, 0.0) as usize).min(size - 1);
-        let (x0, x1, y0, y1) = (held(left), held(left + 1.0), held(top), held(top + 1.0));
+        // The texels left and right of a place, and how far it is on the way between them. Rounding down by a
+        // conversion: `floor` would be a call on processors before SSE 4.1.
+        let between = |at: f32| {
+            let toward_zero = at as i32;
+            let below = if (toward_zero as f32) > at { toward_zero - 1 } else { toward_zero };
+            let held = |texel: i32| texel.clamp(0, size as i32 - 1) as usize;
+            (held(below), held(below.saturating_add(1)), at - below as f32)
+        };
+        let ((x0, x1, u), (y0, y1, v)) = (between(x), between(y));
         Self {
             texels: [y0 * size + x0, y0 * size + x1, y1 * size + x0, y1 * size + x1],
             weights: [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v],
