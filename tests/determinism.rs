@@ -3,27 +3,14 @@
 
 use bitlight::compare::{Golden, Verdict};
 use bitlight::numeric::parallel::with_threads;
-use bitlight::scene::{Assets, Scene};
-use std::path::{Path, PathBuf};
-
-fn scenes(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-        if entry.is_dir() {
-            found.extend(scenes(&entry));
-        } else if entry.extension().is_some_and(|ending| ending == "toml") {
-            found.push(entry);
-        }
-    }
-    found.sort();
-    found
-}
+use bitlight::scene::{Assets, Scene, files};
+use std::path::Path;
 
 #[test]
 fn every_asset_free_scene_has_its_golden_bits_with_1_2_3_and_7_threads() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut verified = 0;
-    for scene in scenes(&root.join("scenes")) {
+    for scene in files(&root.join("scenes")).unwrap() {
         if !Scene::read(&scene, &[]).unwrap().assets().is_empty() {
             continue;
         }

@@ -2,9 +2,9 @@
 
 use super::progress::Progress;
 use super::{AssetFolder, print};
-use crate::Error;
 use crate::compare::{Golden, Pixels, Verdict};
 use crate::pass::{Data, Layer, png};
+use crate::{Error, scene};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -28,19 +28,19 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(self) -> Result<ExitCode, Error> {
-        let scenes = if self.scene.is_empty() { scenes(Path::new("scenes"))? } else { self.scene };
+        let scenes = if self.scene.is_empty() { scene::files(Path::new("scenes"))? } else { self.scene };
         let assets = self.folder.assets();
         let (mut passed, mut failed, mut skipped) = (0, 0, 0);
         let mut progress = Progress::new(scenes.len());
-        for scene in &scenes {
-            progress.say(&scene.display().to_string());
-            let verdict = Golden::verify(&self.golden, scene, &assets)?;
+        for path in &scenes {
+            progress.say(&path.display().to_string());
+            let verdict = Golden::verify(&self.golden, path, &assets)?;
             let (line, count) = match &verdict {
                 Verdict::Same(passes) => (format!("ok, {passes} passes"), &mut passed),
                 Verdict::Skipped(error) => (format!("skipped: {error}"), &mut skipped),
-                Verdict::Missing(path) => {
-                    let cure = format!("`bitlight bless {} --reason \"...\"` makes one", scene.display());
-                    (format!("FAILED: there is no golden {}; {cure}", path.display()), &mut failed)
+                Verdict::Missing(golden) => {
+                    let cure = format!("`bitlight bless {} --reason \"...\"` makes one", path.display());
+                    (format!("FAILED: there is no golden {}; {cure}", golden.display()), &mut failed)
                 }
                 Verdict::Settings(key, golden, now) => (
                     format!("FAILED: the golden was made with {key} = {golden}, the scene has {now}"),
@@ -50,36 +50,18 @@ impl Arguments {
                     (format!("FAILED: golden and technique differ in {name}"), &mut failed)
                 }
                 Verdict::Differs(pass, pixels) => (
-                    format!("FAILED: {pass} differs first\n{}", differs(pixels, &self.out, scene)?),
+                    format!("FAILED: {pass} differs first\n{}", differs(pixels, &self.out, path)?),
                     &mut failed,
                 ),
             };
             *count += 1;
             progress.step();
-            print(&format!("{}: {line}\n", scene.display()))?;
+            print(&format!("{}: {line}\n", path.display()))?;
         }
         drop(progress);
         print(&format!("{passed} passed, {failed} failed, {skipped} skipped\n"))?;
         Ok(if failed > 0 { ExitCode::from(1) } else { ExitCode::SUCCESS })
     }
-}
-
-/// Every scene below a folder, in the order of their paths.
-fn scenes(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let refused = |error| {
-        Error::new(format!("cannot be read: {error}")).file(folder).remedy("name the scenes to verify")
-    };
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(refused)? {
-        let path = entry.map_err(refused)?.path();
-        if path.is_dir() {
-            found.extend(scenes(&path)?);
-        } else if path.extension().is_some_and(|ending| ending == "toml") {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
 }
 
 /// What the pixels say, and where the picture of the difference is.

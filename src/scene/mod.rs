@@ -138,6 +138,29 @@ impl Assets {
     }
 }
 
+/// Every scene file (`.toml`) below a folder, in the order of their paths.
+///
+/// # Errors
+/// A folder that cannot be read, naming it.
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let refused = |error| {
+        Error::new(format!("cannot be read: {error}"))
+            .file(folder)
+            .remedy("name the scenes, or go where they are")
+    };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(refused)? {
+        let path = entry.map_err(refused)?.path();
+        if path.is_dir() {
+            found.extend(files(&path)?);
+        } else if path.extension().is_some_and(|ending| ending == "toml") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
 impl Scene {
     /// Reads and checks a scene file; `set` holds assignments `key=value` that override it.
     ///
