@@ -108,7 +108,7 @@ if [[ $(uname -m) == x86_64 ]]; then
   fi
 
   if qemu x86_64; then
-    qemu-x86_64 --version | head -n 1
+    qemu-x86_64 --version | sed -n 1p
     # No AVX and no FMA there: the very binary that ran with both must find other ways to the same bits.
     prove "release, Nehalem under qemu" qemu-x86_64 -cpu Nehalem "$target/release/examples/proof"
     prove "x86-64, Nehalem under qemu" qemu-x86_64 -cpu Nehalem "$baseline"
@@ -121,8 +121,8 @@ fi
 
 arm=$target/proofs/aarch64
 if tools/aarch64.sh "$target/aarch64"; then
-  aarch64-linux-gnu-gcc --version | head -n 1
-  qemu-aarch64 --version | head -n 1
+  aarch64-linux-gnu-gcc --version | sed -n 1p
+  qemu-aarch64 --version | sed -n 1p
   # shellcheck disable=SC1091 # it is written by aarch64.sh
   . "$target/aarch64/env"
   build aarch64 "$arm" --target aarch64-unknown-linux-gnu "${separate[@]}"
