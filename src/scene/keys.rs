@@ -31,7 +31,7 @@ pub struct Key {
     pub kind: Kind,
     /// What stands where the file says nothing, as TOML; `None` where the key must be given or may be absent.
     pub default: Option<&'static str>,
-    /// A value to start from, as TOML, where there is no default.
+    /// A value to start from, as TOML, where there is no default or another is better to start from.
     pub example: &'static str,
     /// What it means, with its unit.
     pub about: &'static str,
@@ -69,7 +69,7 @@ pub const KEYS: &[Key] = &[
         "unit",
         Kind::Choice(&["m", "cm", "mm"]),
         Some("\"m\""),
-        "",
+        "\"mm\"",
         "The length of 1 in this file. Materials are measured in millimetres and are converted.",
     ),
     key("image", "width", Kind::Whole(1.0, 8192.0), Some("512"), "", "Pixels across."),
@@ -189,7 +189,7 @@ pub const KEYS: &[Key] = &[
         "position",
         ANY,
         None,
-        "[3, 4, 2]",
+        "[2, 3, -3]",
         "Where the light is, outside the solid's bounding box.",
     ),
     key(
@@ -197,7 +197,7 @@ pub const KEYS: &[Key] = &[
         "intensity",
         POSITIVE,
         None,
-        "[30, 30, 30]",
+        "[160, 150, 130]",
         "Radiant intensity, RGB: the irradiance at distance 1.",
     ),
     key(
@@ -386,6 +386,7 @@ pub fn template(technique: &str) -> String {
         }
         for key in KEYS.iter().filter(|key| base(key.table) == table) {
             let (value, optional) = match key.default {
+                Some(_) if !key.example.is_empty() => (key.example, false),
                 Some(default) => (default, true),
                 None => (
                     key.example,
