@@ -2,8 +2,7 @@
 
 use super::progress::Progress;
 use super::{AssetFolder, print};
-use crate::compare::{Golden, Pixels, Verdict};
-use crate::pass::{Data, Layer, png};
+use crate::compare::{Golden, Pixels, Verdict, picture};
 use crate::{Error, scene};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -80,37 +79,8 @@ fn differs(pixels: &Pixels, out: &Path, scene: &Path) -> Result<String, Error> {
             let (difference, expected, found) = image.as_ref();
             let name = scene.file_stem().unwrap_or_default().to_string_lossy();
             let path = out.join(format!("{name}.{}.difference.png", difference.layer));
-            picture(&path, expected, found)?;
+            picture(&path, expected, found, 0.0)?;
             Ok(format!("  {difference}\n  {} shows where", path.display()))
         }
     }
-}
-
-/// A picture of where two layers differ: grey where they are the same, red to yellow by the decade of the largest
-/// relative difference of a pixel's channels, from one last place to 1.
-fn picture(path: &Path, expected: &Layer, found: &Layer) -> Result<(), Error> {
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| Error::new(format!("cannot be made: {error}")).file(folder))?;
-    }
-    let value = |data: &Data, index: usize| match data {
-        Data::F32(values) => f64::from(values[index]),
-        Data::U32(values) => f64::from(values[index]),
-    };
-    let mut rgb = Vec::new();
-    for index in 0..expected.width * expected.height {
-        let mut worst = 0.0;
-        for (a, b) in expected.channels.iter().zip(&found.channels) {
-            let (a, b) = (value(&a.data, index), value(&b.data, index));
-            let scale = if a.abs() > b.abs() { a.abs() } else { b.abs() };
-            let relative = if a == b { 0.0 } else { (a - b).abs() / scale };
-            if relative > worst {
-                worst = relative;
-            }
-        }
-        // 2^-24 is 0, 1 is 1.
-        let heat = if worst > 0.0 { 1.0 + crate::numeric::double::log(worst) / 16.635_532 } else { -1.0 };
-        rgb.extend(if heat < 0.0 && worst == 0.0 { [40; 3] } else { [255, (heat * 255.0) as u8, 0] });
-    }
-    png::write(path, expected.width, expected.height, &rgb)
 }
