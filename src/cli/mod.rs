@@ -3,6 +3,7 @@
 //! Exit status: 0 done, 1 a check failed, 2 bad input or usage.
 
 mod bless;
+mod diff;
 mod font;
 mod info;
 mod init;
@@ -42,6 +43,8 @@ enum Command {
     Verify(verify::Arguments),
     /// Make what a scene now renders its golden, and record why
     Bless(bless::Arguments),
+    /// Compare two dumps pass by pass: how far they differ, where first, and which pass diverges first
+    Diff(diff::Arguments),
     /// List the passes: equation, inputs, outputs
     Passes(passes::Arguments),
     /// Describe a mesh (OBJ), an environment (HDR) or an image (EXR)
@@ -75,6 +78,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => arguments.run(),
         Command::Verify(arguments) => arguments.run(),
         Command::Bless(arguments) => arguments.run(),
+        Command::Diff(arguments) => arguments.run(),
         Command::Passes(arguments) => arguments.run(),
         Command::Info(arguments) => arguments.run(),
         Command::Init(arguments) => arguments.run(),

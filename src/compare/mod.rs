@@ -1,9 +1,13 @@
 //! Comparing images and passes: the first difference, how far it is, and where.
 
+#[cfg(feature = "exr")]
+mod files;
 mod golden;
 mod picture;
 mod statistics;
 
+#[cfg(feature = "exr")]
+pub use files::{Outcome, Row, diverges_first, files};
 pub use golden::{Golden, Pixels, Verdict};
 pub use picture::picture;
 pub use statistics::{Statistics, mismatch, statistics};
