@@ -6,3 +6,4 @@ pub mod medium;
 pub mod mesh;
 pub mod obj;
 pub mod shapes;
+pub mod write;
