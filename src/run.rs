@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::numeric::double;
-use crate::pass::{Info, Recorder, execute};
+use crate::pass::{Info, Kept, Recorder, execute};
 use crate::scene::{Assets, Origin, Radiance, Scene, Solid, Source};
 use crate::sphere::environment::LatLong;
 use crate::sphere::probes;
@@ -93,6 +93,23 @@ pub fn frame(scene: &Scene, assets: &Assets) -> Result<translucency::Frame, Erro
         scene.background,
         scene.translucency,
     )
+}
+
+/// Renders every pass of a scene into a recorder, and gathers what reproducing the frame elsewhere takes.
+///
+/// # Errors
+/// Those of [`render`].
+pub fn export(
+    scene: &Scene,
+    assets: &Assets,
+    recorder: &mut dyn Recorder,
+) -> Result<translucency::Export, Error> {
+    let frame = frame(scene, assets).map_err(|error| error.file(&scene.file))?;
+    let mut kept = Kept::default();
+    let all = translucency::PASSES.map(|pass| pass.info.name);
+    execute(&translucency::PASSES, &frame, &all, &mut vec![&mut kept as &mut dyn Recorder, recorder])
+        .map_err(|error| error.file(&scene.file))?;
+    Ok(translucency::Export::new(frame, &kept))
 }
 
 fn solid(solid: &Solid, assets: &Assets) -> Result<Mesh, Error> {

@@ -4,6 +4,7 @@
 
 mod bless;
 mod diff;
+mod export;
 mod font;
 mod info;
 mod init;
@@ -45,6 +46,8 @@ enum Command {
     Bless(bless::Arguments),
     /// Compare two dumps pass by pass: how far they differ, where first, and which pass diverges first
     Diff(diff::Arguments),
+    /// Write what reproducing a frame elsewhere takes: mesh, matrices, conventions, as files that tools open
+    Export(export::Arguments),
     /// List the passes: equation, inputs, outputs
     Passes(passes::Arguments),
     /// Describe a mesh (OBJ), an environment (HDR) or an image (EXR)
@@ -79,6 +82,7 @@ pub fn main() -> ExitCode {
         Command::Verify(arguments) => arguments.run(),
         Command::Bless(arguments) => arguments.run(),
         Command::Diff(arguments) => arguments.run(),
+        Command::Export(arguments) => arguments.run(),
         Command::Passes(arguments) => arguments.run(),
         Command::Info(arguments) => arguments.run(),
         Command::Init(arguments) => arguments.run(),

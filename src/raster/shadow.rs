@@ -16,11 +16,11 @@ pub struct ShadowView {
     /// The view that rasterizes the map.
     pub view: View,
     /// The point light's position.
-    eye: Option<Vec3>,
+    pub(crate) eye: Option<Vec3>,
     /// The plane from which distance along a direction is measured: n·p + d.
-    plane: [f32; 4],
+    pub(crate) plane: [f32; 4],
     /// Half the extent of the map at distance 1 (point) or at any distance (direction).
-    half: [f32; 2],
+    pub(crate) half: [f32; 2],
 }
 
 impl ShadowView {

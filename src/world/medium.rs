@@ -88,6 +88,12 @@ pub struct Medium {
     pub dipoles: [Dipole; 3],
     /// Index of refraction η, at least 1.
     pub eta: f32,
+    /// Reduced scattering coefficient σs' that the dipoles are made of, RGB, per millimetre.
+    pub scattering: [f32; 3],
+    /// Absorption coefficient σa that the dipoles are made of, RGB, per millimetre.
+    pub absorption: [f32; 3],
+    /// Length of the scene's unit, in millimetres.
+    pub millimetres: f32,
 }
 
 impl Medium {
@@ -98,7 +104,7 @@ impl Medium {
         let dipoles = std::array::from_fn(|i| {
             Dipole::new(f64::from(scattering[i]) * scale, f64::from(absorption[i]) * scale, f64::from(eta))
         });
-        Self { dipoles, eta }
+        Self { dipoles, eta, scattering, absorption, millimetres }
     }
 
     /// Schlick's Fresnel transmittance (1994) for light that meets the surface at `cosine` to its normal; the

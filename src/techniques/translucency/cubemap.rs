@@ -43,7 +43,7 @@ pub(super) const FACES: [[Vec3; 2]; 6] = [
 ];
 
 /// The view of one face.
-fn face_view(frame: &Frame, [right, up]: [Vec3; 2]) -> View {
+pub(super) fn face_view(frame: &Frame, [right, up]: [Vec3; 2]) -> View {
     let half = frame.bounds.half_extents();
     let extent = |axis: Vec3| half.dot(axis.abs());
     let axes = Axes { right, up, forward: up.cross(right) };

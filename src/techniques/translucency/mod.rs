@@ -16,6 +16,7 @@ mod attenuation;
 mod blur;
 mod cubemap;
 mod direct;
+mod export;
 mod final_;
 mod frame;
 mod gbuffer;
@@ -29,6 +30,7 @@ mod thickness;
 mod transmit;
 mod visibility;
 
+pub use export::Export;
 pub use frame::{Caster, Frame, Settings};
 
 use crate::pass::Pass;
