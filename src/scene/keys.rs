@@ -272,6 +272,22 @@ pub const KEYS: &[Key] = &[
         "",
         "Width in texels of the Gaussian that smooths the shadow map; 0 for none.",
     ),
+    key(
+        "translucency",
+        "reading",
+        Kind::Choice(&["corrected", "paper"]),
+        Some("\"corrected\""),
+        "",
+        "Whether the equations are computed as the errata correct them or to the letter of the print.",
+    ),
+    key(
+        "translucency",
+        "smallest_d",
+        Kind::Number(1e-9, 1e12),
+        None,
+        "0.01",
+        "Thickness below which the printed Eq. 12 is held; 0.001 of half the bounding box's diagonal where absent.",
+    ),
 ];
 
 /// The procedural solids.
@@ -389,7 +405,8 @@ pub fn template(technique: &str) -> String {
                 Some(default) => (default, true),
                 None => (
                     key.example,
-                    matches!(key.name, "file" | "scattering" | "absorption" | "eta") || !shown(key),
+                    matches!(key.name, "file" | "scattering" | "absorption" | "eta" | "smallest_d")
+                        || !shown(key),
                 ),
             };
             let scope =

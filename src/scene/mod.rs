@@ -353,12 +353,22 @@ impl Reader {
             medium,
             gloss,
             lights,
-            translucency: translucency::Settings {
-                cubemap: self.whole("translucency", "cubemap"),
-                shadow: self.whole("translucency", "shadow"),
-                blur: self.whole("translucency", "blur"),
-            },
+            translucency: self.translucency(),
         })
+    }
+
+    fn translucency(&self) -> translucency::Settings {
+        let table = "translucency";
+        translucency::Settings {
+            cubemap: self.whole(table, "cubemap"),
+            shadow: self.whole(table, "shadow"),
+            blur: self.whole(table, "blur"),
+            reading: match self.text(table, "reading").as_deref() {
+                Some("paper") => translucency::Reading::Paper,
+                _ => translucency::Reading::Corrected,
+            },
+            smallest_d: self.number(table, "smallest_d").map(|d| d as f32),
+        }
     }
 
     fn camera(&self) -> Result<Camera, Error> {

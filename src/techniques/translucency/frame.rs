@@ -10,8 +10,17 @@ use crate::world::medium::Medium;
 use crate::world::mesh::{Bounds, Mesh};
 use glam::Vec3;
 
-/// The technique's own knobs.
+/// How an equation is taken where print and correction differ. Each pass's head says what it does under each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// As the errata correct it.
+    Corrected,
+    /// To the letter of the paper, errors included.
+    Paper,
+}
+
+/// The technique's own knobs.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Width and height of a face of the external cubemap, in texels.
     pub cubemap: usize,
@@ -19,6 +28,11 @@ pub struct Settings {
     pub shadow: usize,
     /// Width of the Gaussian that blurs it, in texels; 0 and 1 leave it as it is.
     pub blur: usize,
+    /// Which reading of the equations.
+    pub reading: Reading,
+    /// The thickness at which [`Reading::Paper`] holds the attenuation of Eq. 12, in the scene's unit; `None` for
+    /// 10⁻³ of half the bounding box's diagonal.
+    pub smallest_d: Option<f32>,
 }
 
 /// A light with a shadow map.
@@ -116,6 +130,20 @@ impl Frame {
             background,
             settings,
         })
+    }
+
+    /// Whether the letter of the paper is asked for.
+    pub(super) fn paper(&self) -> bool {
+        self.settings.reading == Reading::Paper
+    }
+
+    /// The least thickness with which Eq. 12 is computed, in the scene's unit: the corrected one is bounded and needs
+    /// none but 0.
+    pub(super) fn smallest_d(&self) -> f32 {
+        match self.settings.reading {
+            Reading::Corrected => 0.0,
+            Reading::Paper => self.settings.smallest_d.unwrap_or(1e-3 * self.bounds.radius()),
+        }
     }
 
     /// The index of a light among the casters.

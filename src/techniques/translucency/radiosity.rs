@@ -6,7 +6,7 @@
 //! The accumulation point is the box's centre, the point that is shaded lies elsewhere: the lookup follows the
 //! refracted ray from the point to where it leaves the bounding box, and takes the direction from the centre to
 //! there, in the frame in which the box is a cube (§3: the cure of shift, with that of blindness).
-//! Nine coefficients ring below zero opposite a bright side; B is held to ≥ 0.
+//! Nine coefficients ring below zero opposite a bright side; B is held to ≥ 0. To the letter it is what Eq. 10 gives.
 
 use super::Frame;
 use super::gbuffer::shade;
@@ -34,7 +34,8 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
         let lookup = ((leaves - center) / half).normalize_or_zero();
         for (out, matrix) in out.iter_mut().zip(matrices.slice(light).chunks_exact(16)) {
             let matrix = std::array::from_fn(|row| std::array::from_fn(|column| matrix[row * 4 + column]));
-            *out = max(irradiance::evaluate(&matrix, lookup), 0.0);
+            let radiosity = irradiance::evaluate(&matrix, lookup);
+            *out = if frame.paper() { radiosity } else { max(radiosity, 0.0) };
         }
     })
 }
