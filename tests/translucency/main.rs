@@ -14,6 +14,7 @@ mod medium;
 mod oracle;
 mod physics;
 mod rasterised;
+mod readings;
 mod shaded;
 mod world;
 

@@ -246,7 +246,7 @@ fn visibility_and_gbuffer_from_inside() {
         assert!(text.contains(camera));
         let inside = format!("position = [5.5, -1, -2], target = [5.25, 3, 6], up = [1, 0.25, 0], {look}");
         let text = text.replace(camera, &inside) + POINT;
-        let scene = Rendered::new(name, &text);
+        let scene = Rendered::new(name, &text, &[]);
         let (eye, bounds) = (scene.world.eye, &scene.world.bounds);
         assert!((0..3).all(|axis| (eye[axis] - CENTRE[axis]).abs() < bounds.half_extents()[axis] + 0.2));
         check_visibility(&scene, 1.0 / 64.0, 5);

@@ -11,7 +11,7 @@ use bitlight_reference::translucency::cube::Aabb;
 use bitlight_reference::translucency::dipole::Medium;
 use bitlight_reference::translucency::optics;
 use bitlight_reference::translucency::{eq10_radiosity, eq11_constants, eq11_matrix};
-use bitlight_reference::vector::{Vec3, dot, normalize, scale, sub};
+use bitlight_reference::vector::{Vec3, dot, length, normalize, scale, sub};
 
 use crate::oracle::View;
 use crate::{larger, smaller};
@@ -86,6 +86,10 @@ pub(crate) struct World {
     pub(crate) background: Vec3,
     pub(crate) cubemap: usize,
     pub(crate) blur: u32,
+    /// Whether the letter of the paper is read.
+    pub(crate) paper: bool,
+    /// What Eq. 12 to the letter takes for the thickness below it.
+    pub(crate) smallest_d: f64,
 }
 
 /// A scene, the oracle's view of it, and every buffer that was made of it.
@@ -96,8 +100,8 @@ pub(crate) struct Rendered {
 }
 
 impl Rendered {
-    pub(crate) fn new(name: &'static str, text: &str) -> Self {
-        let (scene, kept) = render(text, &[]);
+    pub(crate) fn new(name: &'static str, text: &str, set: &[&str]) -> Self {
+        let (scene, kept) = render(text, set);
         Self { name, world: World::new(&scene), kept }
     }
 
@@ -161,15 +165,40 @@ pub(crate) const SOLIDS: [(&str, &str, &str); 4] = [
     ),
 ];
 
+/// What is set otherwise, by the solid that it is set on: the letter of the paper with an even and an odd blur.
+const VARIANTS: [(&str, usize, &[&str]); 4] = [
+    ("sphere to the letter", 0, &["translucency.reading=paper", "translucency.blur=8"]),
+    (
+        "knot to the letter",
+        1,
+        &["translucency.reading=paper", "translucency.blur=4", "translucency.smallest_d=0.25"],
+    ),
+    ("cuboid to the letter", 2, &["translucency.reading=paper"]),
+    ("genus-3 to the letter", 3, &["translucency.reading=paper", "translucency.blur=0"]),
+];
+
 /// One scene a solid, each under a point, a direction, a published probe and a constant environment.
 pub(crate) fn scenes() -> &'static [Rendered] {
     static SCENES: OnceLock<Vec<Rendered>> = OnceLock::new();
     SCENES.get_or_init(|| {
         let render = |(name, solid, material): (&'static str, &str, &str)| {
-            Rendered::new(name, &[&head(solid, material), PROBE, POINT, EVEN, BEAM].concat())
+            Rendered::new(name, &[&head(solid, material), PROBE, POINT, EVEN, BEAM].concat(), &[])
         };
         SOLIDS.into_iter().map(render).collect()
     })
+}
+
+/// [`scenes`], and the same solids under [`VARIANTS`].
+pub(crate) fn all() -> impl Iterator<Item = &'static Rendered> {
+    static SCENES: OnceLock<Vec<Rendered>> = OnceLock::new();
+    let variants = SCENES.get_or_init(|| {
+        let render = |(name, solid, set): (&'static str, usize, &[&str])| {
+            let (_, solid, material) = SOLIDS[solid];
+            Rendered::new(name, &[&head(solid, material), PROBE, POINT, EVEN, BEAM].concat(), set)
+        };
+        VARIANTS.into_iter().map(render).collect()
+    });
+    scenes().iter().chain(variants)
 }
 
 impl World {
@@ -258,6 +287,8 @@ impl World {
             ),
             triangles,
             normals,
+            smallest_d: number("translucency.smallest_d").unwrap_or(1e-3 * length(bounds.half_extents())),
+            paper: text("translucency.reading") == Some("paper"),
             bounds,
             lamps,
             casters,
