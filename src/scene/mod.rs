@@ -307,6 +307,11 @@ impl Reader {
         }
     }
 
+    /// A key that has a default and passed [`Self::check`].
+    fn flag(&self, table: &str, name: &str) -> bool {
+        matches!(self.value(table, name), Some(Value::Flag(true)))
+    }
+
     fn vector(&self, table: &str, name: &str) -> Result<Vec3, Error> {
         match self.required(table, name)? {
             Value::Numbers(all) if all.len() == 3 => {
@@ -368,6 +373,13 @@ impl Reader {
                 _ => translucency::Reading::Corrected,
             },
             smallest_d: self.number(table, "smallest_d").map(|d| d as f32),
+            evaluation: match self.text(table, "evaluation").as_deref() {
+                Some("vertex") => translucency::Evaluation::Vertex,
+                _ => translucency::Evaluation::Pixel,
+            },
+            second_layer: self.flag(table, "second_layer"),
+            shift_cure: self.flag(table, "shift_cure"),
+            blindness_cure: self.flag(table, "blindness_cure"),
         }
     }
 

@@ -27,6 +27,7 @@
 //! T15: each light has its own thickness. An environment has none; for it d is the length of the refracted ray to
 //! where it leaves the bounding box, the x*_in of Eq. 3, which is never less than the solid's own thickness there.
 
+use super::frame::exit;
 use super::gbuffer::shade;
 use super::{Frame, Reading};
 use crate::numeric::order::max;
@@ -57,7 +58,7 @@ pub(super) fn measured(
 ) -> (f32, f32) {
     match frame.caster(light) {
         Some(caster) => (thickness.slice(caster)[index * 2], thickness.slice(caster)[index * 2 + 1]),
-        None => (frame.exit(point, frame.refracted(point, normal)).1, 1.0),
+        None => (exit(&frame.bounds, point, frame.refracted(point, normal)).1, 1.0),
     }
 }
 

@@ -7,7 +7,8 @@
 //! shadow ┬→ peel ─────────┐                                             │
 //!        ├→ blur ─────────┴→ thickness ────────────────→ attenuation ───┼→ final
 //!        └──────────────────────────────→ direct ───────────────────────┘
-//! visibility → gbuffer → (thickness, radiosity, attenuation, held, direct, final)
+//! visibility → (gbuffer, radiosity)
+//! gbuffer → (thickness, radiosity, attenuation, held, direct, final)
 //! thickness → held
 //! ```
 //!
@@ -33,7 +34,7 @@ mod thickness;
 mod transmit;
 mod visibility;
 
-pub use frame::{Caster, Frame, Reading, Settings};
+pub use frame::{Caster, Evaluation, Frame, Reading, Settings};
 
 use crate::pass::Pass;
 

@@ -6,7 +6,8 @@
 //! Eq. 12 negative everywhere; the paper means a thickness, so its reading has the corrected order too, but is not held:
 //! it records the negative d that blurring leaves. And T7, of concave solids: only what lies no deeper than the second surface
 //! receives scattered light; beyond it the light has left the solid and entered again (point x_c of fig. 9). The test is
-//! made at four texels, so the share that is received changes over the width of a texel and not at once.
+//! made at four texels, so the share that is received changes over the width of a texel and not at once. Without
+//! `second_layer` every point receives, and x_c shines through as if the solid were full up to it.
 
 use super::gbuffer::shade;
 use super::lookup::{Footprint, slack};
@@ -38,7 +39,10 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
         let cosine = frame.lights[*light].arriving(point).map_or(0.0, |(towards, _)| normal.dot(towards));
         let slack = slack(shadow, point, cosine);
         // A texel without a second surface hides nothing.
-        let receives = footprint.share(|texel| second[texel] == 0.0 || distance <= second[texel] + slack);
+        let receives = match frame.settings.second_layer {
+            true => footprint.share(|texel| second[texel] == 0.0 || distance <= second[texel] + slack),
+            false => 1.0,
+        };
         let d = distance - entered;
         out.copy_from_slice(&[if frame.paper() { d } else { max(d, 0.0) }, receives]);
     })
