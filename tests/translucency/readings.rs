@@ -6,8 +6,8 @@ use bitlight_reference::translucency::eq12_attenuation_as_printed;
 use bitlight_reference::vector::{Vec3, dot, length, normalize, scale, sub};
 
 use crate::oracle::View;
-use crate::world::Rendered;
-use crate::{U, Worst};
+use crate::world::{EVEN, POINT, Rendered, SOLIDS, head};
+use crate::{U, Worst, larger, smaller};
 
 /// A slab of marble, its faces towards the camera and away from it, in millimetres.
 fn slab(side: f64, thick: f64, light: &str, set: &[&str]) -> Rendered {
@@ -137,11 +137,11 @@ fn the_thickness_of_a_slab_is_the_closed_form() {
                 let (origin, direction) = view.ray(x - 0.5, y - 0.5);
                 let first = sub(scale((back - origin[2]) / direction[2], direction), scale(-1.0, origin));
                 let shifted = view.distance(p) - view.distance(first);
-                most_shift = crate::larger(most_shift, (shifted - expected).abs() / texel);
+                most_shift = larger(most_shift, (shifted - expected).abs() / texel);
                 expected = shifted;
             }
             let found = f64::from(scene.buffer("thickness").as_f32()[index * 2]);
-            worst = crate::larger(worst, (found - expected).abs() / texel);
+            worst = larger(worst, (found - expected).abs() / texel);
             count += 1;
         }
         eprintln!("slab, {set:?}: {worst:.4} texel off at worst, shifted by up to {most_shift:.3} texel");
@@ -149,4 +149,46 @@ fn the_thickness_of_a_slab_is_the_closed_form() {
         assert_eq!(most_shift > 0.1, letter, "{most_shift}");
         assert!(dot(view.forward, [0.0, 0.0, 1.0]) < 0.98, "the light is oblique");
     }
+}
+
+/// Fig. 9: without the second layer the points that it keeps dark shine, and no other changes.
+#[test]
+fn without_the_second_layer_the_far_side_of_a_gap_shines() {
+    let (_, solid, material) = SOLIDS[1];
+    let text = [&head(solid, material), POINT].concat();
+    let with = Rendered::new("knot", &text, &[]);
+    let without = Rendered::new("knot", &text, &["translucency.second_layer=false"]);
+    let (mut dark, mut same) = (0, 0);
+    for index in 0..with.pixels() {
+        let receives = with.buffer("thickness").as_f32()[index * 2 + 1];
+        let of = |scene: &Rendered| scene.buffer("attenuation").as_f32()[index * 3 + 1];
+        let (with, without) = (of(&with), of(&without));
+        if with == without {
+            same += 1;
+        } else {
+            assert!(receives < 1.0 && without > with, "{with} and {without} at {index}");
+            dark += usize::from(receives == 0.0);
+        }
+    }
+    eprintln!("{dark} pixels are dark for the second layer alone, {same} are the same");
+    assert!(dark > 30 && same > 800, "{dark} and {same}");
+}
+
+/// Fig. 7b: in a constant environment the radiosity of a box is the same everywhere, π F̄ πL; in the unscaled cube the
+/// views miss most of the sphere, and the radiosity is less by that much.
+#[test]
+fn blindness_darkens_a_box_in_a_constant_environment() {
+    let (_, solid, material) = SOLIDS[2];
+    let text = [&head(solid, material), EVEN].concat();
+    let cured = Rendered::new("cuboid", &text, &[]);
+    let blind = Rendered::new("cuboid", &text, &["translucency.blindness_cure=false"]);
+    let extremes = |scene: &Rendered| {
+        let seen = (0..scene.pixels()).filter(|index| scene.pixel(*index).is_some());
+        let values = seen.map(|index| f64::from(scene.buffer("radiosity").as_f32()[index * 3]));
+        values.fold((f64::INFINITY, 0.0), |(low, high), x| (smaller(low, x), larger(high, x)))
+    };
+    let ((low, high), (blind_low, blind_high)) = (extremes(&cured), extremes(&blind));
+    eprintln!("cured {low:.4} to {high:.4}, blind {blind_low:.4} to {blind_high:.4}");
+    assert!(high - low < 1e-4 * high, "{low} to {high}");
+    assert!(blind_high < 0.9 * low && blind_low < 0.6 * low, "{blind_low} to {blind_high}");
 }

@@ -155,10 +155,13 @@ fn thickness() {
                 let cosine =
                     world.lamps[*light].arriving(point).map_or(0.0, |(towards, _)| dot(normal, towards));
                 let (slack, error) = slack(view, point, cosine);
-                let (least, most) = around.share(|texel| match f64::from(peel[texel]) {
-                    0.0 => Some(true),
-                    second => surely(distance, second + slack, rounding + error),
-                });
+                let (least, most) = match world.second_layer {
+                    true => around.share(|texel| match f64::from(peel[texel]) {
+                        0.0 => Some(true),
+                        second => surely(distance, second + slack, rounding + error),
+                    }),
+                    false => (1.0, 1.0),
+                };
                 shaded += usize::from(most < 0.5);
                 let (middle, reach) = ((least + most) / 2.0, (most - least) / 2.0);
                 received.check(found[1], middle, reach + 1e-12, (index % 40, index / 40));
@@ -171,7 +174,7 @@ fn thickness() {
             assert!(deep > 100 || *light != 1, "{name}: {deep}");
             assert!(skipped * 50 < worst.count, "{name}: {skipped}");
             let convex = scene.name.starts_with("sphere") || scene.name.starts_with("cuboid");
-            assert!(shaded > 5 || convex, "{name}: {shaded}");
+            assert!(shaded > 5 || convex || !world.second_layer, "{name}: {shaded}");
             worst.done(100);
             received.done(100);
         }

@@ -75,6 +75,8 @@ pub(crate) struct World {
     pub(crate) triangles: Vec<[Vec3; 3]>,
     pub(crate) normals: Vec<[Vec3; 3]>,
     pub(crate) bounds: Aabb,
+    /// What the six views fill: the box, or a cube around it.
+    pub(crate) viewed: Aabb,
     pub(crate) lamps: Vec<Lamp>,
     /// For each casting light its index and its view.
     pub(crate) casters: Vec<(usize, View)>,
@@ -90,6 +92,10 @@ pub(crate) struct World {
     pub(crate) paper: bool,
     /// What Eq. 12 to the letter takes for the thickness below it.
     pub(crate) smallest_d: f64,
+    /// Whether the radiosity is evaluated at the vertices.
+    pub(crate) per_vertex: bool,
+    pub(crate) second_layer: bool,
+    pub(crate) shift_cure: bool,
 }
 
 /// A scene, the oracle's view of it, and every buffer that was made of it.
@@ -165,8 +171,9 @@ pub(crate) const SOLIDS: [(&str, &str, &str); 4] = [
     ),
 ];
 
-/// What is set otherwise, by the solid that it is set on: the letter of the paper with an even and an odd blur.
-const VARIANTS: [(&str, usize, &[&str]); 4] = [
+/// What is set otherwise, by the solid that it is set on: the letter of the paper with an even and an odd blur, and
+/// without the cures of figures 7, 8 and 9.
+const VARIANTS: [(&str, usize, &[&str]); 9] = [
     ("sphere to the letter", 0, &["translucency.reading=paper", "translucency.blur=8"]),
     (
         "knot to the letter",
@@ -175,6 +182,23 @@ const VARIANTS: [(&str, usize, &[&str]); 4] = [
     ),
     ("cuboid to the letter", 2, &["translucency.reading=paper"]),
     ("genus-3 to the letter", 3, &["translucency.reading=paper", "translucency.blur=0"]),
+    ("cuboid in a cube", 2, &["translucency.blindness_cure=false"]),
+    ("genus-3 shifted", 3, &["translucency.shift_cure=false"]),
+    (
+        "knot without a cure",
+        1,
+        &[
+            "translucency.blindness_cure=false",
+            "translucency.shift_cure=false",
+            "translucency.second_layer=false",
+        ],
+    ),
+    ("sphere per vertex", 0, &["translucency.evaluation=vertex", "translucency.second_layer=false"]),
+    (
+        "knot per vertex to the letter",
+        1,
+        &["translucency.evaluation=vertex", "translucency.reading=paper", "translucency.blur=8"],
+    ),
 ];
 
 /// One scene a solid, each under a point, a direction, a published probe and a constant environment.
@@ -224,6 +248,14 @@ impl World {
             [0, 1, 2].map(|i| settings[key][i].as_f64().unwrap_or_else(|| panic!("{key} is no triple")))
         };
         let text = |key: &str| settings.get(key).and_then(|value| value.as_str());
+
+        let flag = |key: &str| settings[key].as_bool().unwrap_or_else(|| panic!("{key} is neither"));
+        let longest = bounds.half_extents().into_iter().fold(0.0, larger);
+        let cube = |side: f64| bounds.centre().map(|middle| middle + side * longest);
+        let viewed = match flag("translucency.blindness_cure") {
+            true => bounds,
+            false => Aabb { min: cube(-1.0), max: cube(1.0) },
+        };
 
         let lamps: Vec<Lamp> = (0..)
             .map_while(|index| Some((index, text(&format!("light[{index}].kind"))?)))
@@ -289,6 +321,10 @@ impl World {
             normals,
             smallest_d: number("translucency.smallest_d").unwrap_or(1e-3 * length(bounds.half_extents())),
             paper: text("translucency.reading") == Some("paper"),
+            viewed,
+            per_vertex: text("translucency.evaluation") == Some("vertex"),
+            second_layer: flag("translucency.second_layer"),
+            shift_cure: flag("translucency.shift_cure"),
             bounds,
             lamps,
             casters,
