@@ -219,6 +219,54 @@ fn irradiance_is_the_corrected_quadratic_form() {
     }
 }
 
+/// The root mean square over all normals, alike likely, of the difference of two irradiances, over the first's mean; the
+/// rule is exact for the square of a form of second degree.
+fn relative_rms(truth: &[[f32; 4]; 4], other: &[[f32; 4]; 4]) -> f64 {
+    let (mut mean, mut square) = (0.0, 0.0);
+    for (normal, weight) in quadrature::product(4) {
+        let normal = Vec3::from_array(normal.map(|c| c as f32));
+        let of = |matrix| f64::from(irradiance::evaluate(matrix, normal));
+        mean += weight / (4.0 * PI) * of(truth);
+        square += weight / (4.0 * PI) * (of(other) - of(truth)) * (of(other) - of(truth));
+    }
+    square.sqrt() / mean
+}
+
+/// On the red of the published Grace probe T1's misprint changes irradiance by 28 % of its mean, T2's letter by 69 %, and
+/// T9's constants by 10⁻⁶.
+#[test]
+fn the_letter_changes_the_irradiance_of_grace_as_published() {
+    let grace = &PROBES.iter().find(|(name, _)| name.eq_ignore_ascii_case("grace")).unwrap().1;
+    let (truth, printed) = (irradiance::matrix(grace)[0], irradiance::matrix_as_printed(grace)[0]);
+    let error = relative_rms(&truth, &printed);
+    assert!((error - 0.2784).abs() < 5e-5, "T1 and T9: {error}");
+    let mut row = printed;
+    row[3] = truth[3];
+    let error = relative_rms(&truth, &row);
+    assert!((1e-7..3e-6).contains(&error), "T9: {error}");
+
+    // The probe's radiance projected anew, by the corrected basis and by the letter's.
+    for (evaluate, expected) in
+        [(sh::evaluate as fn(usize, [f64; 3], &mut [f64]), 0.0), (sh::evaluate_as_printed, 0.6914)]
+    {
+        let mut projected = [[0.0_f64; 3]; 9];
+        for (direction, weight) in quadrature::product(4) {
+            let corrected = basis(3, direction);
+            let mut values = [0.0; 9];
+            evaluate(3, direction, &mut values);
+            for channel in 0..3 {
+                let terms = corrected.iter().zip(grace).map(|(y, e)| y * f64::from(e[channel]));
+                let radiance = terms.fold(0.0, |sum, term| sum + term);
+                for (coefficient, y) in projected.iter_mut().zip(values) {
+                    coefficient[channel] += weight * radiance * y;
+                }
+            }
+        }
+        let error = relative_rms(&truth, &irradiance::matrix(&projected.map(|rgb| rgb.map(|c| c as f32)))[0]);
+        assert!((error - expected).abs() < 5e-5, "T2: {error} for {expected}");
+    }
+}
+
 /// A map's irradiance through nine coefficients stays within 9 % of its peak of the cosine sum over the
 /// texels (the maximum that Ramamoorthi and Hanrahan 2001 give).
 #[test]

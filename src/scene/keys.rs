@@ -12,6 +12,8 @@ pub enum Kind {
     Text,
     /// One of these words.
     Choice(&'static [&'static str]),
+    /// True or false.
+    Flag,
     /// A whole number in this range, ends included.
     Whole(f64, f64),
     /// A finite number in this range, ends included.
@@ -272,6 +274,54 @@ pub const KEYS: &[Key] = &[
         "",
         "Width in texels of the Gaussian that smooths the shadow map; 0 for none.",
     ),
+    key(
+        "translucency",
+        "reading",
+        Kind::Choice(&["corrected", "paper"]),
+        Some("\"corrected\""),
+        "",
+        "Whether the equations are computed as the errata correct them or to the letter of the print.",
+    ),
+    key(
+        "translucency",
+        "smallest_d",
+        Kind::Number(1e-9, 1e12),
+        None,
+        "0.01",
+        "Thickness below which the printed Eq. 12 is held; 0.001 of half the bounding box's diagonal where absent.",
+    ),
+    key(
+        "translucency",
+        "evaluation",
+        Kind::Choice(&["pixel", "vertex"]),
+        Some("\"pixel\""),
+        "",
+        "Whether the radiosity is evaluated at each pixel, or at each vertex and interpolated (fig. 6).",
+    ),
+    key(
+        "translucency",
+        "second_layer",
+        Kind::Flag,
+        Some("true"),
+        "",
+        "Whether only points up to the second surface that the light meets receive it (fig. 9), or all.",
+    ),
+    key(
+        "translucency",
+        "shift_cure",
+        Kind::Flag,
+        Some("true"),
+        "",
+        "Whether the radiosity is looked up where the refracted ray leaves the box (fig. 7a), or along its direction.",
+    ),
+    key(
+        "translucency",
+        "blindness_cure",
+        Kind::Flag,
+        Some("true"),
+        "",
+        "Whether the cubemap's views fill the solid's bounding box (fig. 8), or a cube around it (fig. 7b).",
+    ),
 ];
 
 /// The procedural solids.
@@ -287,6 +337,7 @@ impl Kind {
         };
         match self {
             Self::Text => "a text in quotes".into(),
+            Self::Flag => "true or false".into(),
             Self::Choice(words) => format!("one of \"{}\"", words.join("\", \"")),
             Self::Whole(low, high) => format!("a whole number{}", range(low, high)),
             Self::Number(low, high) => format!("a number{}", range(low, high)),
@@ -298,7 +349,7 @@ impl Kind {
     pub(super) fn accepts(self, value: &Value) -> bool {
         let within = |x: f64, low: f64, high: f64| low <= x && x <= high; // false for a NaN
         match (self, value) {
-            (Self::Text, Value::Text(_)) => true,
+            (Self::Text, Value::Text(_)) | (Self::Flag, Value::Flag(_)) => true,
             (Self::Choice(words), Value::Text(text)) => words.contains(&text.as_str()),
             (Self::Whole(low, high), Value::Number(x)) => x.fract() == 0.0 && within(*x, low, high),
             (Self::Number(low, high), Value::Number(x)) => within(*x, low, high),
@@ -312,6 +363,7 @@ impl Kind {
     fn schema(self) -> Json {
         match self {
             Self::Text => json!({"type": "string"}),
+            Self::Flag => json!({"type": "boolean"}),
             Self::Choice(words) => json!({"enum": words}),
             Self::Whole(low, high) => {
                 json!({"type": "integer", "minimum": low as i64, "maximum": high as i64})
@@ -390,7 +442,8 @@ pub fn template(technique: &str) -> String {
                 Some(default) => (default, true),
                 None => (
                     key.example,
-                    matches!(key.name, "file" | "scattering" | "absorption" | "eta") || !shown(key),
+                    matches!(key.name, "file" | "scattering" | "absorption" | "eta" | "smallest_d")
+                        || !shown(key),
                 ),
             };
             let scope =

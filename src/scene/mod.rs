@@ -330,6 +330,11 @@ impl Reader {
         }
     }
 
+    /// A key that has a default and passed [`Self::check`].
+    fn flag(&self, table: &str, name: &str) -> bool {
+        matches!(self.value(table, name), Some(Value::Flag(true)))
+    }
+
     fn vector(&self, table: &str, name: &str) -> Result<Vec3, Error> {
         match self.required(table, name)? {
             Value::Numbers(all) if all.len() == 3 => {
@@ -376,12 +381,29 @@ impl Reader {
             medium,
             gloss,
             lights,
-            translucency: translucency::Settings {
-                cubemap: self.whole("translucency", "cubemap"),
-                shadow: self.whole("translucency", "shadow"),
-                blur: self.whole("translucency", "blur"),
-            },
+            translucency: self.translucency(),
         })
+    }
+
+    fn translucency(&self) -> translucency::Settings {
+        let table = "translucency";
+        translucency::Settings {
+            cubemap: self.whole(table, "cubemap"),
+            shadow: self.whole(table, "shadow"),
+            blur: self.whole(table, "blur"),
+            reading: match self.text(table, "reading").as_deref() {
+                Some("paper") => translucency::Reading::Paper,
+                _ => translucency::Reading::Corrected,
+            },
+            smallest_d: self.number(table, "smallest_d").map(|d| d as f32),
+            evaluation: match self.text(table, "evaluation").as_deref() {
+                Some("vertex") => translucency::Evaluation::Vertex,
+                _ => translucency::Evaluation::Pixel,
+            },
+            second_layer: self.flag(table, "second_layer"),
+            shift_cure: self.flag(table, "shift_cure"),
+            blindness_cure: self.flag(table, "blindness_cure"),
+        }
     }
 
     fn camera(&self) -> Result<Camera, Error> {

@@ -11,6 +11,8 @@ pub(super) enum Value {
     Text(String),
     /// A number, whole or not.
     Number(f64),
+    /// True or false.
+    Flag(bool),
     /// Numbers in brackets.
     Numbers(Vec<f64>),
 }
@@ -53,6 +55,7 @@ impl Value {
     fn from_toml(value: &DeValue<'_>) -> Option<Self> {
         Some(match value {
             DeValue::String(text) => Self::Text(text.to_string()),
+            DeValue::Boolean(flag) => Self::Flag(*flag),
             DeValue::Array(items) => {
                 Self::Numbers(items.iter().map(|item| number(item.get_ref())).collect::<Option<_>>()?)
             }
@@ -66,6 +69,7 @@ impl Value {
         match self {
             Self::Text(text) => json!(text),
             Self::Number(x) => number(*x),
+            Self::Flag(flag) => json!(flag),
             Self::Numbers(all) => all.iter().map(|x| number(*x)).collect(),
         }
     }
@@ -128,7 +132,7 @@ fn entry(table: &str, name: &str, value: &DeValue<'_>, line: usize) -> Result<En
         Error::new(format!("is {}", value.type_str()))
             .line(line)
             .key(path(table, name))
-            .remedy("keys take a text, a number, or numbers in brackets")
+            .remedy("keys take a text, a number, true or false, or numbers in brackets")
     })?;
     Ok(Entry { table: table.into(), name: name.into(), value, line: Some(line) })
 }

@@ -21,14 +21,34 @@ pub const C4: f64 = 0.886_226_925_452_757_9;
 /// c₅ of Eq. 11: A_2 times the constant of Y_20, √(5π) / 16. Printed 0.247708.
 pub const C5: f64 = 0.247_707_956_100_375_7;
 
+/// c₁ to c₅ as Eq. 11 prints them.
+pub const AS_PRINTED: [f64; 5] = [0.429_043, 0.511_664, 0.743_125, 0.886_227, 0.247_708];
+
 /// The symmetric matrix M of Eq. 11 for each of R, G, B.
 ///
 /// `coefficients` are radiance E_lm in the order l² + l + m, real basis without Condon-Shortley phase and
 /// with +sin(|m|φ) for m < 0. The last row is the last column's mirror, c₂E₁₁, c₂E₁₋₁, c₂E₁₀, c₄E₀₀ − c₅E₂₀;
 /// the paper prints c₁E₁₁, c₂E₂₋₁ there. Source: Banterle and Chalmers, Eq. 11, corrected after Ramamoorthi
-/// and Hanrahan 2001, Eq. 12. The letter of the print is in the crate `bitlight-reference`.
+/// and Hanrahan 2001, Eq. 12. The letter of the print is [`matrix_as_printed`].
 pub fn matrix(coefficients: &[[f32; 3]; 9]) -> [[[f32; 4]; 4]; 3] {
-    let [c1, c2, c3, c4, c5] = [C1, C2, C3, C4, C5].map(|c| c as f32);
+    matrix_of([C1, C2, C3, C4, C5], coefficients)
+}
+
+/// The matrix M of Eq. 11 for each of R, G, B to the letter: its last row is printed c₁E₁₁, c₂E₂₋₁, c₂E₁₀,
+/// c₄E₀₀ − c₅E₂₀, which makes it asymmetric (errata T1), and the constants have the print's six digits (T9).
+///
+/// `coefficients` as in [`matrix`]. Source: Banterle and Chalmers, Eq. 11.
+pub fn matrix_as_printed(coefficients: &[[f32; 3]; 9]) -> [[[f32; 4]; 4]; 3] {
+    let mut matrices = matrix_of(AS_PRINTED, coefficients);
+    for (channel, matrix) in matrices.iter_mut().enumerate() {
+        matrix[3][0] = AS_PRINTED[0] as f32 * coefficients[3][channel];
+        matrix[3][1] = AS_PRINTED[1] as f32 * coefficients[5][channel];
+    }
+    matrices
+}
+
+fn matrix_of(constants: [f64; 5], coefficients: &[[f32; 3]; 9]) -> [[[f32; 4]; 4]; 3] {
+    let [c1, c2, c3, c4, c5] = constants.map(|c| c as f32);
     [0, 1, 2].map(|channel| {
         let [e00, e1m1, e10, e11, e2m2, e2m1, e20, e21, e22] = coefficients.map(|rgb| rgb[channel]);
         [
@@ -67,10 +87,9 @@ mod tests {
         let k1 = (3.0 / (4.0 * PI)).sqrt();
         let (k20, k22) = ((5.0 / (16.0 * PI)).sqrt(), (15.0 / (16.0 * PI)).sqrt());
         let derived = [a2 * k22, a1 * k1 / 2.0, a2 * 3.0 * k20, a0 * k0, a2 * k20];
-        let printed = [0.429043, 0.511664, 0.743125, 0.886227, 0.247708];
         for (i, c) in [C1, C2, C3, C4, C5].into_iter().enumerate() {
             assert!((c - derived[i]).abs() < 2e-16, "c{}: {c} against {}", i + 1, derived[i]);
-            assert!((c - printed[i]).abs() < 1.2e-6, "c{}: {c} against {}", i + 1, printed[i]);
+            assert!((c - AS_PRINTED[i]).abs() < 1.2e-6, "c{}: {c} against {}", i + 1, AS_PRINTED[i]);
         }
     }
 

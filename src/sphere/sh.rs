@@ -92,6 +92,18 @@ pub fn evaluate(bands: usize, direction: [f64; 3], out: &mut [f64]) {
     }
 }
 
+/// The basis of [`evaluate`] to the letter of Eq. 9 with a P_l^|m| that is free of the Condon-Shortley phase:
+/// √2 Im(e^{imφ}) for m < 0 is −sin(|m|φ), so those functions have the other sign (errata T2).
+///
+/// # Panics
+/// As [`evaluate`].
+pub fn evaluate_as_printed(bands: usize, direction: [f64; 3], out: &mut [f64]) {
+    evaluate(bands, direction, out);
+    for l in 0..bands {
+        out[l * l..l * l + l].iter_mut().for_each(|value| *value = -*value);
+    }
+}
+
 /// All `bands`² functions at `direction`, in `f32`, into `out` at l² + l + m: [`evaluate`]'s polynomials
 /// written out.
 ///

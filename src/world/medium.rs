@@ -67,6 +67,16 @@ impl Dipole {
         self.albedo * (0.25 * std::f32::consts::FRAC_1_PI) * (source(self.real) + source(self.virtual_))
     }
 
+    /// The attenuation of Banterle and Chalmers, Eq. 12, to the letter, at thickness `d` > 0:
+    /// (σ_tr d + 1) e^(−σ_tr d) / (σ'_t d³), per squared unit of length.
+    ///
+    /// It has neither the kernel's albedo and 1/4π nor its virtual source, and d itself where the kernel has the
+    /// distance from the source, so it diverges at 0 (errata T3, T11).
+    pub fn as_printed(&self, d: f32) -> f32 {
+        let x = self.extinction * d;
+        self.real * ((x + 1.0) * exp(-x) / (d * d * d))
+    }
+
     /// The kernel integrated over a plane at distance `d`: the fraction of an even irradiance on one side of a
     /// wall that leaves on the other; [`Self::reflectance`] at d = 0. A number without a unit.
     ///

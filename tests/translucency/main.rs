@@ -15,6 +15,7 @@ mod medium;
 mod oracle;
 mod physics;
 mod rasterised;
+mod readings;
 mod shaded;
 mod world;
 

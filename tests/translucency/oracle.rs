@@ -315,9 +315,9 @@ impl<'a> Drawn<'a> {
         })
     }
 
-    /// The point and unit normal of a triangle at a place of the image; where `held`, corners' shares are held
-    /// to ≥ 0, as a pixel's that lies just outside the true triangle.
-    pub(crate) fn surface(&self, triangle: usize, x: f64, y: f64, held: bool) -> (Vec3, Vec3) {
+    /// The shares of a triangle's corners at a place of the image, their sum 1; where `held`, held to ≥ 0, as a
+    /// pixel's that lies just outside the true triangle.
+    pub(crate) fn shares(&self, triangle: usize, x: f64, y: f64, held: bool) -> [f64; 3] {
         let flat = self.flat[triangle].as_ref().unwrap();
         let values = flat.edges.map(|edge| edge.at(x, y));
         let total = values[0] + values[1] + values[2];
@@ -327,6 +327,12 @@ impl<'a> Drawn<'a> {
             let total = shares[0] + shares[1] + shares[2];
             shares = shares.map(|share| share / total);
         }
+        shares
+    }
+
+    /// The point and unit normal of a triangle at a place of the image, by its [`Self::shares`].
+    pub(crate) fn surface(&self, triangle: usize, x: f64, y: f64, held: bool) -> (Vec3, Vec3) {
+        let shares = self.shares(triangle, x, y, held);
         let blend = |of: &[Vec3; 3]| {
             add(add(scale(shares[0], of[0]), scale(shares[1], of[1])), scale(shares[2], of[2]))
         };

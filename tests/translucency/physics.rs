@@ -20,14 +20,17 @@ fn of<'a>(kept: &'a Kept, pass: &str) -> &'a [f32] {
 }
 
 /// In a constant environment of radiance L a solid receives πL everywhere. A box filled by its solid is covered in every
-/// texel, so c₀₀ = F̄ πL √(4π), the other eight vanish, and B = π F̄ πL everywhere. A sphere covers the inscribed
+/// texel, under either reading, so c₀₀ = F̄ πL √(4π), the other eight vanish, and B = π F̄ πL everywhere. A sphere covers the inscribed
 /// disc of each face.
 #[test]
 fn a_constant_environment() {
     let radiance = [0.5, 0.75, 1.5];
-    for (number, disc) in [(2, false), (0, true)] {
+    let letter = "translucency.reading=paper";
+    for (number, disc, set) in
+        [(2, false, &[][..]), (0, true, &[]), (2, false, &[letter]), (0, true, &[letter])]
+    {
         let (name, solid, material) = SOLIDS[number];
-        let scene = Rendered::new(name, &(head(solid, material) + EVEN));
+        let scene = Rendered::new(name, &(head(solid, material) + EVEN), set);
         let entering = 1.0 - schlick_hemispherical_reflectance(scene.world.eta);
         let (size, mut covered) = (scene.world.cubemap, 0.0);
         let mut worst = Worst::new(format!("constant environment on {name}"));
@@ -97,29 +100,51 @@ fn agreeing(a: &[f32], b: &[f32], tolerance: f64) -> (usize, f64) {
     (far.count(), worst)
 }
 
+/// A scene in millimetres, and the same in metres.
+fn in_two_units(solid: &str, material: &str) -> (String, String) {
+    let millimetres = [&head(solid, material), PROBE, POINT, EVEN, BEAM].concat();
+    let mut metres = millimetres.replace("unit = \"mm\"", "unit = \"m\"");
+    for (from, to) in [
+        (
+            "position = [6, 8, 46], target = [1, -2, 0.5]",
+            "position = [0.006, 0.008, 0.046], target = [0.001, -0.002, 0.0005]",
+        ),
+        ("center = [1.5, -2.25, 0.75]", "center = [0.0015, -0.00225, 0.00075]"),
+        ("position = [-22, 16, -30]", "position = [-0.022, 0.016, -0.03]"),
+        ("intensity = [5200, 4600, 3800]", "intensity = [0.0052, 0.0046, 0.0038]"),
+    ] {
+        assert!(metres.contains(from), "{from}");
+        metres = metres.replace(from, to);
+    }
+    let size = solid.split("size = ").nth(1).unwrap().split(',').next().unwrap().trim();
+    let small = format!("size = {}", size.parse::<f64>().unwrap() / 1000.0);
+    metres = metres.replace(&format!("size = {size}"), &small);
+    (millimetres, metres)
+}
+
+/// T11 to the letter: in metres every value of the attenuation is 10⁶ times that in millimetres, that of held pixels
+/// too. It goes with the cube of a thickness, a difference of distances: 10⁻³ of a value, for one in a hundred more.
+#[test]
+fn to_the_letter_metres_are_a_million_times_as_bright() {
+    for (name, solid, material) in [SOLIDS[0], SOLIDS[1]] {
+        let (millimetres, metres) = in_two_units(solid, material);
+        let letter = ["translucency.reading=paper"];
+        let (a, b) = (render(&millimetres, &letter).1, render(&metres, &letter).1);
+        let scaled: Vec<f32> = of(&a, "attenuation").iter().map(|value| value * 1e6).collect();
+        let (far, worst) = agreeing(&scaled, of(&b, "attenuation"), 1e-3);
+        eprintln!("{name}: {far} of {} are not 10⁶ times as bright, by up to {worst:.1e}", scaled.len());
+        assert!(far * 100 <= scaled.len(), "{name}: {far} of {}, by up to {worst:e}", scaled.len());
+        assert!(scaled.iter().filter(|value| **value > 1.0).count() > 500, "{name} is dark");
+    }
+}
+
 /// T11: the same scene in metres, its intensities divided by 1000², has the same picture. Lengths are rounded anew, so
 /// a vertex may snap to the next 1/256 pixel: one value in a hundred may differ by more than 10⁻⁵.
 #[test]
 fn metres_are_millimetres() {
     for (name, solid, material) in SOLIDS {
         let solid = if solid.contains("size") { solid.to_owned() } else { format!("{solid}, size = 19") };
-        let millimetres = [&head(&solid, material), PROBE, POINT, EVEN, BEAM].concat();
-        let mut metres = millimetres.replace("unit = \"mm\"", "unit = \"m\"");
-        for (from, to) in [
-            (
-                "position = [6, 8, 46], target = [1, -2, 0.5]",
-                "position = [0.006, 0.008, 0.046], target = [0.001, -0.002, 0.0005]",
-            ),
-            ("center = [1.5, -2.25, 0.75]", "center = [0.0015, -0.00225, 0.00075]"),
-            ("position = [-22, 16, -30]", "position = [-0.022, 0.016, -0.03]"),
-            ("intensity = [5200, 4600, 3800]", "intensity = [0.0052, 0.0046, 0.0038]"),
-        ] {
-            assert!(metres.contains(from), "{from}");
-            metres = metres.replace(from, to);
-        }
-        let size = solid.split("size = ").nth(1).unwrap().split(',').next().unwrap().trim();
-        let small = format!("size = {}", size.parse::<f64>().unwrap() / 1000.0);
-        metres = metres.replace(&format!("size = {size}"), &small);
+        let (millimetres, metres) = in_two_units(&solid, material);
         let (a, b) = (render(&millimetres, &[]).1, render(&metres, &[]).1);
         for pass in ["projection", "radiosity", "attenuation", "direct", "final"] {
             let (a, b) = (of(&a, pass), of(&b, pass));

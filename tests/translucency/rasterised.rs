@@ -4,7 +4,7 @@ use bitlight_reference::translucency::cube::{FACES, texel_point};
 use bitlight_reference::vector::{add, dot, length, sub};
 
 use crate::oracle::{Candidate, Drawn, View};
-use crate::world::{CENTRE, POINT, Rendered, head, scenes};
+use crate::world::{CENTRE, POINT, Rendered, all, head, scenes};
 use crate::{U, Worst, larger};
 
 const NONE: u32 = u32::MAX;
@@ -23,8 +23,8 @@ fn few(what: &str, unclear: usize, all: usize, one_in: usize) {
 /// The oracle's own faces are the texels of the reference.
 #[test]
 fn the_views_of_the_cubemap_look_along_the_reference_texels() {
-    for scene in scenes() {
-        let (bounds, size) = (&scene.world.bounds, scene.world.cubemap);
+    for scene in all() {
+        let (bounds, size) = (&scene.world.viewed, scene.world.cubemap);
         for face in FACES {
             let view = View::onto_face(face, bounds, size);
             for (i, j) in [(0, 0), (8, 0), (3, 7)] {
@@ -42,14 +42,14 @@ fn the_views_of_the_cubemap_look_along_the_reference_texels() {
 /// rounding of the place on the triangle, and 16 operations on terms of the irradiance's magnitude.
 #[test]
 fn cubemap() {
-    for scene in scenes() {
+    for scene in all() {
         let (world, size) = (&scene.world, scene.world.cubemap);
         let recorded = scene.buffer("cubemap");
         assert_eq!(recorded.shape, [world.lamps.len(), 6, size, size, 4]);
         let mut worst = Worst::new(format!("cubemap of {}", scene.name));
         let (mut unclear, mut covered) = (0, 0);
         for (number, face) in FACES.into_iter().enumerate() {
-            let view = View::onto_face(face, &world.bounds, size);
+            let view = View::onto_face(face, &world.viewed, size);
             let drawn = Drawn::new(world, &view);
             for texel in 0..size * size {
                 let (x, y) = centre(texel, size);
@@ -84,7 +84,11 @@ fn cubemap() {
             }
         }
         few(scene.name, unclear, 6 * size * size, 10);
-        assert!(covered * 4 > 6 * size * size, "{}: the faces see too little", scene.name);
+        let share = covered as f64 / (6 * size * size) as f64;
+        eprintln!("{}: the six views see a surface in {share:.3} of their texels", scene.name);
+        // Within the cube the cuboid of 7 × 19 × 3.5 has these faces, but for texels at its edges.
+        let expected = if scene.name == "cuboid in a cube" { 0.166..0.247 } else { 0.25..1.001 };
+        assert!(expected.contains(&share), "{}: the faces see {share}", scene.name);
         worst.done(covered * 16);
     }
 }
@@ -246,7 +250,7 @@ fn visibility_and_gbuffer_from_inside() {
         assert!(text.contains(camera));
         let inside = format!("position = [5.5, -1, -2], target = [5.25, 3, 6], up = [1, 0.25, 0], {look}");
         let text = text.replace(camera, &inside) + POINT;
-        let scene = Rendered::new(name, &text);
+        let scene = Rendered::new(name, &text, &[]);
         let (eye, bounds) = (scene.world.eye, &scene.world.bounds);
         assert!((0..3).all(|axis| (eye[axis] - CENTRE[axis]).abs() < bounds.half_extents()[axis] + 0.2));
         check_visibility(&scene, 1.0 / 64.0, 5);

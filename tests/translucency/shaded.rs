@@ -2,23 +2,26 @@
 
 use std::f64::consts::PI;
 
-use bitlight_reference::translucency::blur::{blur, centred_taps};
+use bitlight_reference::translucency::blur::{blur, blur_as_printed, centred_taps, paper_taps};
 use bitlight_reference::translucency::optics::{
     effective_diffuse_cosine, schlick_reflectance, schlick_transmittance,
 };
-use bitlight_reference::translucency::{eq12_radiance, thickness as eq_thickness};
+use bitlight_reference::translucency::{
+    eq12_radiance, eq12_radiance_as_printed, thickness as eq_thickness, thickness_as_printed,
+};
 use bitlight_reference::vector::{Vec3, add, dot, length, normalize, sub};
 
 use crate::oracle::View;
-use crate::world::{Lamp, Rendered, scenes};
+use crate::world::{Lamp, Rendered, all};
 use crate::{U, Worst, larger, smaller};
 
 /// The Gaussian as a plain double sum. Two sums of five rounded products and a quotient: some 16 operations on
-/// positive numbers. What has no surface in reach is 0 to the bit.
+/// positive numbers. What has no surface in reach is 0 to the bit. To the letter the kernel is another, and the clear
+/// value, 1.5 radii behind the box's centre, takes part (T6, T12).
 #[test]
 fn blurred() {
-    for scene in scenes() {
-        let taps = centred_taps(scene.world.blur);
+    for scene in all() {
+        let world = &scene.world;
         for (number, (_, view)) in scene.world.casters.iter().enumerate() {
             let mut worst = Worst::new(format!("blur {number} of {}", scene.name));
             let shadow: Vec<f64> = scene
@@ -27,7 +30,12 @@ fn blurred() {
                 .chunks_exact(2)
                 .map(|texel| f64::from(texel[0]))
                 .collect();
-            let expected = blur(&shadow, view.size[0], view.size[1], &taps);
+            let (bounds, [width, height]) = (&world.bounds, view.size);
+            let clear = view.distance(bounds.centre()) + 1.5 * length(bounds.half_extents());
+            let expected = match world.paper {
+                true => blur_as_printed(&shadow, width, height, &paper_taps(world.blur), clear),
+                false => blur(&shadow, width, height, &centred_taps(world.blur)),
+            };
             for (index, expected) in expected.into_iter().enumerate() {
                 let found = scene.buffer("blur").slice(number)[index];
                 worst.check(
@@ -106,14 +114,14 @@ fn slack(view: &View, point: Vec3, cosine: f64) -> (f64, f64) {
 /// a weight to the rounding of the place on the map, which mixes in the difference of the texels.
 #[test]
 fn thickness() {
-    for scene in scenes() {
+    for scene in all() {
         let world = &scene.world;
         for (number, (light, view)) in world.casters.iter().enumerate() {
             let name = format!("of light {light} on {}", scene.name);
             let mut worst = Worst::new(format!("thickness {name}"));
             let mut received = Worst::new(format!("received {name}"));
             let (blur, peel) = (scene.buffer("blur").slice(number), scene.buffer("peel").slice(number));
-            let (mut deep, mut shaded, mut skipped) = (0, 0, 0);
+            let (mut deep, mut shaded, mut skipped, mut negative) = (0, 0, 0, 0);
             for index in 0..scene.pixels() {
                 let found = &scene.buffer("thickness").slice(number)[index * 2..][..2];
                 let Some((point, normal)) = scene.pixel(index) else {
@@ -132,7 +140,12 @@ fn thickness() {
                 let entered = filled.iter().map(|(first, weight)| first * weight).sum::<f64>() / weight;
                 let apart: f64 = filled.iter().map(|(first, _)| (first - entered).abs()).sum();
                 if weight > 1e-3 {
-                    let expected = eq_thickness(entered, distance);
+                    // The print has the order the other way round; what it means is a thickness.
+                    let expected = match world.paper {
+                        true => -thickness_as_printed(entered, distance),
+                        false => eq_thickness(entered, distance),
+                    };
+                    negative += usize::from(expected < 0.0);
                     deep += usize::from(expected > 1.0);
                     let tolerance = rounding + apart * around.error / weight;
                     worst.check(found[0], expected, tolerance, (index % 40, index / 40));
@@ -142,21 +155,26 @@ fn thickness() {
                 let cosine =
                     world.lamps[*light].arriving(point).map_or(0.0, |(towards, _)| dot(normal, towards));
                 let (slack, error) = slack(view, point, cosine);
-                let (least, most) = around.share(|texel| match f64::from(peel[texel]) {
-                    0.0 => Some(true),
-                    second => surely(distance, second + slack, rounding + error),
-                });
+                let (least, most) = match world.second_layer {
+                    true => around.share(|texel| match f64::from(peel[texel]) {
+                        0.0 => Some(true),
+                        second => surely(distance, second + slack, rounding + error),
+                    }),
+                    false => (1.0, 1.0),
+                };
                 shaded += usize::from(most < 0.5);
                 let (middle, reach) = ((least + most) / 2.0, (most - least) / 2.0);
                 received.check(found[1], middle, reach + 1e-12, (index % 40, index / 40));
             }
             eprintln!(
-                "{name}: {deep} pixels deeper than 1, {shaded} receive less than half, {skipped} skipped"
+                "{name}: {deep} pixels deeper than 1, {shaded} receive less than half, {skipped} skipped, {negative} negative"
             );
+            assert_eq!(negative > 0, world.paper, "{name}: {negative} are negative");
             // The point shines from behind, so that most of what is seen is deep.
             assert!(deep > 100 || matches!(world.lamps[*light], Lamp::Directional { .. }), "{name}: {deep}");
             assert!(skipped * 50 < worst.count, "{name}: {skipped}");
-            assert!(shaded > 5 || matches!(scene.name, "sphere" | "cuboid"), "{name}: {shaded}");
+            let convex = scene.name.starts_with("sphere") || scene.name.starts_with("cuboid");
+            assert!(shaded > 5 || convex || !world.second_layer, "{name}: {shaded}");
             worst.done(100);
             received.done(100);
         }
@@ -171,9 +189,10 @@ const TRANSMITTANCE: f64 = 28.0 * U;
 /// environment at the length of the refracted ray in the box. The exponent's relative error is that of the result.
 #[test]
 fn attenuation() {
-    for scene in scenes() {
+    for scene in all() {
         let world = &scene.world;
         let mut worst = Worst::new(format!("attenuation of {}", scene.name));
+        let mut brightest = 0.0;
         for light in 0..world.lamps.len() {
             let caster = world.casters.iter().position(|caster| caster.0 == light);
             for index in 0..scene.pixels() {
@@ -195,10 +214,16 @@ fn attenuation() {
                 let transmittance = world.leaving(point, normal);
                 for channel in 0..3 {
                     let medium = &world.media[channel];
-                    let expected = receives * eq12_radiance(transmittance, medium, d, 1.0);
-                    let full = receives * eq12_radiance(1.0, medium, d, 1.0);
-                    let exponent = medium.sigma_tr() * (d + medium.z_v());
-                    let thinner = receives * eq12_radiance(1.0, medium, larger(d - error, 0.0), 1.0);
+                    let eq12 = |transmittance: f64, d: f64| match world.paper {
+                        true => {
+                            let d = larger(d, world.smallest_d);
+                            receives * eq12_radiance_as_printed(transmittance, medium, d, 1.0)
+                        }
+                        false => receives * eq12_radiance(transmittance, medium, larger(d, 0.0), 1.0),
+                    };
+                    let (expected, full) = (eq12(transmittance, d), eq12(1.0, d));
+                    let exponent = medium.sigma_tr() * (larger(d, 0.0) + medium.z_v());
+                    let thinner = eq12(1.0, d - error);
                     let tolerance = full * TRANSMITTANCE
                         + expected * (16.0 + 6.0 * exponent) * U
                         + transmittance * (thinner - full).abs();
@@ -208,13 +233,49 @@ fn attenuation() {
                         tolerance,
                         (light, index % 40, index / 40, channel),
                     );
-                    // T3: nothing is brighter than the surface itself, at any thickness.
+                    // T3: nothing is brighter than the surface itself, at any thickness; to the letter it is.
                     let most = medium.total_r_d() / (PI * PI);
-                    assert!(f64::from(found[channel]) <= most * (1.0 + 16.0 * U), "{}", scene.name);
+                    brightest = larger(brightest, f64::from(found[channel]) / most);
                 }
             }
         }
+        let printed = scene.world.paper;
+        eprintln!("{}: the brightest is {brightest:.3} of the surface's own", scene.name);
+        assert_eq!(brightest > 1.0 + 16.0 * U, printed, "{}: {brightest}", scene.name);
         worst.done(1000);
+    }
+}
+
+/// The mask of the pixels whose thickness was at or below the smallest: 0, or what the letter is held at, which is exact
+/// to some [`U`] where the default is a part of the box. A thickness as near to it as that is left out.
+#[test]
+fn held() {
+    for scene in all() {
+        let world = &scene.world;
+        let (mut count, mut unclear) = ([0, 0], 0);
+        for light in 0..world.lamps.len() {
+            let caster = world.casters.iter().position(|caster| caster.0 == light);
+            for index in 0..scene.pixels() {
+                let found = scene.buffer("held").slice(light)[index];
+                let Some((point, normal)) = scene.pixel(index) else {
+                    assert_eq!(found, 0.0);
+                    continue;
+                };
+                let (d, error) = match caster {
+                    Some(caster) => (f64::from(scene.buffer("thickness").slice(caster)[index * 2]), 0.0),
+                    None => through(scene, point, normal),
+                };
+                let smallest = if world.paper { world.smallest_d } else { 0.0 };
+                if (d - smallest).abs() <= error + 8.0 * U * smallest && error + smallest > 0.0 {
+                    unclear += 1;
+                    continue;
+                }
+                assert_eq!(found, if d <= smallest { 1.0 } else { 0.0 }, "{}: {d} at {index}", scene.name);
+                count[usize::from(found == 1.0)] += 1;
+            }
+        }
+        eprintln!("{}: {count:?} pixels not held and held, {unclear} unclear", scene.name);
+        assert!(count[0] > 500 && count[1] > 50 && unclear < 20, "{}: {count:?}", scene.name);
     }
 }
 
@@ -239,7 +300,7 @@ fn through(scene: &Rendered, point: Vec3, normal: Vec3) -> (f64, f64) {
 /// Schlick's reflectance, in the share of the four texels that the light reaches.
 #[test]
 fn direct() {
-    for scene in scenes() {
+    for scene in all() {
         let world = &scene.world;
         let mut worst = Worst::new(format!("direct of {}", scene.name));
         let (mut lit, mut dark) = (0, 0);
@@ -323,7 +384,7 @@ fn unshadowed(scene: &Rendered, lamp: &Lamp, channel: usize, point: Vec3, normal
 /// Σ att · B + direct over the lights, and the background elsewhere. Two roundings a term and one an addition.
 #[test]
 fn final_() {
-    for scene in scenes() {
+    for scene in all() {
         let lights = scene.world.lamps.len();
         let mut worst = Worst::new(format!("final of {}", scene.name));
         let value = |pass: &str, light: usize, at: usize| f64::from(scene.buffer(pass).slice(light)[at]);

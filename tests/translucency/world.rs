@@ -11,7 +11,7 @@ use bitlight_reference::translucency::cube::Aabb;
 use bitlight_reference::translucency::dipole::Medium;
 use bitlight_reference::translucency::optics;
 use bitlight_reference::translucency::{eq10_radiosity, eq11_constants, eq11_matrix};
-use bitlight_reference::vector::{Vec3, dot, normalize, scale, sub};
+use bitlight_reference::vector::{Vec3, dot, length, normalize, scale, sub};
 
 use crate::oracle::View;
 use crate::{larger, smaller};
@@ -75,6 +75,8 @@ pub(crate) struct World {
     pub(crate) triangles: Vec<[Vec3; 3]>,
     pub(crate) normals: Vec<[Vec3; 3]>,
     pub(crate) bounds: Aabb,
+    /// What the six views fill: the box, or a cube around it.
+    pub(crate) viewed: Aabb,
     pub(crate) lamps: Vec<Lamp>,
     /// For each casting light its index and its view.
     pub(crate) casters: Vec<(usize, View)>,
@@ -86,6 +88,14 @@ pub(crate) struct World {
     pub(crate) background: Vec3,
     pub(crate) cubemap: usize,
     pub(crate) blur: u32,
+    /// Whether the letter of the paper is read.
+    pub(crate) paper: bool,
+    /// What Eq. 12 to the letter takes for the thickness below it.
+    pub(crate) smallest_d: f64,
+    /// Whether the radiosity is evaluated at the vertices.
+    pub(crate) per_vertex: bool,
+    pub(crate) second_layer: bool,
+    pub(crate) shift_cure: bool,
 }
 
 /// A scene, the oracle's view of it, and every buffer that was made of it.
@@ -96,8 +106,8 @@ pub(crate) struct Rendered {
 }
 
 impl Rendered {
-    pub(crate) fn new(name: &'static str, text: &str) -> Self {
-        let (scene, kept) = render(text, &[]);
+    pub(crate) fn new(name: &'static str, text: &str, set: &[&str]) -> Self {
+        let (scene, kept) = render(text, set);
         Self { name, world: World::new(&scene), kept }
     }
 
@@ -161,13 +171,43 @@ pub(crate) const SOLIDS: [(&str, &str, &str); 4] = [
     ),
 ];
 
+/// What is set otherwise, by the solid that it is set on: the letter of the paper with an even and an odd blur, and
+/// without the cures of figures 7, 8 and 9.
+const VARIANTS: [(&str, usize, &[&str]); 9] = [
+    ("sphere to the letter", 0, &["translucency.reading=paper", "translucency.blur=8"]),
+    (
+        "knot to the letter",
+        1,
+        &["translucency.reading=paper", "translucency.blur=4", "translucency.smallest_d=0.25"],
+    ),
+    ("cuboid to the letter", 2, &["translucency.reading=paper"]),
+    ("genus-3 to the letter", 3, &["translucency.reading=paper", "translucency.blur=0"]),
+    ("cuboid in a cube", 2, &["translucency.blindness_cure=false"]),
+    ("genus-3 shifted", 3, &["translucency.shift_cure=false"]),
+    (
+        "knot without a cure",
+        1,
+        &[
+            "translucency.blindness_cure=false",
+            "translucency.shift_cure=false",
+            "translucency.second_layer=false",
+        ],
+    ),
+    ("sphere per vertex", 0, &["translucency.evaluation=vertex", "translucency.second_layer=false"]),
+    (
+        "knot per vertex to the letter",
+        1,
+        &["translucency.evaluation=vertex", "translucency.reading=paper", "translucency.blur=8"],
+    ),
+];
+
 /// One scene a solid, each under a point, a direction, a published probe and a constant environment, and one with the
 /// lights in another order.
 pub(crate) fn scenes() -> &'static [Rendered] {
     static SCENES: OnceLock<Vec<Rendered>> = OnceLock::new();
     SCENES.get_or_init(|| {
         let render = |(name, solid, material): (&'static str, &str, &str)| {
-            Rendered::new(name, &[&head(solid, material), PROBE, POINT, EVEN, BEAM].concat())
+            Rendered::new(name, &[&head(solid, material), PROBE, POINT, EVEN, BEAM].concat(), &[])
         };
         let mut scenes: Vec<_> = SOLIDS.into_iter().map(render).collect();
         // Without the blur a lookup at a silhouette meets empty texels; and odd sizes have texels in the middle.
@@ -175,9 +215,26 @@ pub(crate) fn scenes() -> &'static [Rendered] {
         let text = [&head(solid, material), BEAM, EVEN, POINT, PROBE].concat();
         let knobs = "cubemap = 12, shadow = 48, blur = 5";
         assert!(text.contains(knobs));
-        scenes.push(Rendered::new("unblurred", &text.replace(knobs, "cubemap = 9, shadow = 33, blur = 0")));
+        scenes.push(Rendered::new(
+            "unblurred",
+            &text.replace(knobs, "cubemap = 9, shadow = 33, blur = 0"),
+            &[],
+        ));
         scenes
     })
+}
+
+/// [`scenes`], and the same solids under [`VARIANTS`].
+pub(crate) fn all() -> impl Iterator<Item = &'static Rendered> {
+    static SCENES: OnceLock<Vec<Rendered>> = OnceLock::new();
+    let variants = SCENES.get_or_init(|| {
+        let render = |(name, solid, set): (&'static str, usize, &[&str])| {
+            let (_, solid, material) = SOLIDS[solid];
+            Rendered::new(name, &[&head(solid, material), PROBE, POINT, EVEN, BEAM].concat(), set)
+        };
+        VARIANTS.into_iter().map(render).collect()
+    });
+    scenes().iter().chain(variants)
 }
 
 impl World {
@@ -203,6 +260,14 @@ impl World {
             [0, 1, 2].map(|i| settings[key][i].as_f64().unwrap_or_else(|| panic!("{key} is no triple")))
         };
         let text = |key: &str| settings.get(key).and_then(|value| value.as_str());
+
+        let flag = |key: &str| settings[key].as_bool().unwrap_or_else(|| panic!("{key} is neither"));
+        let longest = bounds.half_extents().into_iter().fold(0.0, larger);
+        let cube = |side: f64| bounds.centre().map(|middle| middle + side * longest);
+        let viewed = match flag("translucency.blindness_cure") {
+            true => bounds,
+            false => Aabb { min: cube(-1.0), max: cube(1.0) },
+        };
 
         let lamps: Vec<Lamp> = (0..)
             .map_while(|index| Some((index, text(&format!("light[{index}].kind"))?)))
@@ -266,6 +331,12 @@ impl World {
             ),
             triangles,
             normals,
+            smallest_d: number("translucency.smallest_d").unwrap_or(1e-3 * length(bounds.half_extents())),
+            paper: text("translucency.reading") == Some("paper"),
+            viewed,
+            per_vertex: text("translucency.evaluation") == Some("vertex"),
+            second_layer: flag("translucency.second_layer"),
+            shift_cure: flag("translucency.shift_cure"),
             bounds,
             lamps,
             casters,

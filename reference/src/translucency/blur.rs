@@ -12,10 +12,10 @@ pub fn centred_taps(n: u32) -> Vec<(i64, f64)> {
 
 /// The taps of the filter to the letter: n of them at −⌊n/2⌋ … n − 1 − ⌊n/2⌋ with the same standard
 /// deviation, about their own middle. For the paper's even n = 8 the middle is −1/2: the depth is
-/// shifted by half a texel.
+/// shifted by half a texel. n = 0 is taken for n = 1, which filters nothing.
 pub fn paper_taps(n: u32) -> Vec<(i64, f64)> {
     let first = -i64::from(n / 2);
-    let last = first + i64::from(n) - 1;
+    let last = first + i64::from(if n > 0 { n } else { 1 }) - 1;
     gaussian(n, first..=last, (first + last) as f64 / 2.0)
 }
 
@@ -43,6 +43,39 @@ pub fn shift(taps: &[(i64, f64)]) -> f64 {
         sum += offset as f64 * weight;
     }
     sum
+}
+
+/// A depth map filtered in both directions by the same taps to the letter, every texel alike; row-major, `width` ×
+/// `height`.
+///
+/// A texel without a surface holds 0, which stands for the `clear` value, as does what lies outside the map: the filter
+/// mixes it in at silhouettes.
+pub fn blur_as_printed(
+    map: &[f64],
+    width: usize,
+    height: usize,
+    taps: &[(i64, f64)],
+    clear: f64,
+) -> Vec<f64> {
+    assert_eq!(map.len(), width * height, "the map is not width × height");
+    let at = |x: i64, y: i64| -> f64 {
+        let inside = x >= 0 && y >= 0 && (x as usize) < width && (y as usize) < height;
+        let depth = if inside { map[y as usize * width + x as usize] } else { 0.0 };
+        if depth == 0.0 { clear } else { depth }
+    };
+    let mut result = Vec::new();
+    for y in 0..height as i64 {
+        for x in 0..width as i64 {
+            let mut depth = 0.0;
+            for &(dy, wy) in taps {
+                for &(dx, wx) in taps {
+                    depth += wy * wx * at(x + dx, y + dy);
+                }
+            }
+            result.push(depth);
+        }
+    }
+    result
 }
 
 /// A depth map filtered in both directions by the same taps; row-major, `width` × `height`.
@@ -92,6 +125,7 @@ mod tests {
             assert!((taps.iter().map(|t| t.1).sum::<f64>() - 1.0).abs() < 1e-15);
         }
         assert_eq!(centred_taps(0), [(0, 1.0)]);
+        assert_eq!(paper_taps(0), [(0, 1.0)]);
         assert_eq!(centred_taps(1), [(0, 1.0)]);
     }
 
@@ -103,6 +137,17 @@ mod tests {
         let middle = 6 * w + 10;
         assert!((blur(&map, w, h, &centred_taps(8))[middle] - map[middle]).abs() < 1e-12);
         assert!((blur(&map, w, h, &paper_taps(8))[middle] - map[middle] + 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn empty_texels_are_mixed_in_to_the_letter() {
+        let (w, h) = (9, 7);
+        let map: Vec<f64> = (0..w * h).map(|k| if k % w >= 5 { 3.5 } else { 0.0 }).collect();
+        let result = blur_as_printed(&map, w, h, &paper_taps(2), 7.5);
+        let column = |x: usize| result[3 * w + x];
+        assert!((column(4) - 7.5).abs() < 1e-14 && (column(6) - 3.5).abs() < 1e-14);
+        assert!((column(5) - 5.5).abs() < 1e-14, "half of each: {}", column(5));
+        assert_eq!(blur_as_printed(&[0.0; 6], 3, 2, &paper_taps(1), 2.0), [2.0; 6]);
     }
 
     #[test]

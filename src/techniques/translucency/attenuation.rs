@@ -14,12 +14,25 @@
 //! (reached at d = 0), and what leaves a wall of thickness d that is lit evenly from behind under Eq. 1 and 2.
 //! The second π is that of B = πE (T10). Coefficients are per scene unit (T8).
 //!
+//! To the letter ([`Reading::Paper`](super::Reading::Paper)) the factor is
+//!
+//! ```text
+//! 1/π · F_t(η, ω_out) · (σ_tr d + 1) e^(−σ_tr d) / (σ'_t d³)
+//! ```
+//!
+//! without any of this: it has the unit of a reciprocal area, so the same scene in metres is 10⁶ times as bright as in
+//! millimetres, and it knows no bound. A thickness below `smallest_d`, which blurring also makes negative, is taken for
+//! `smallest_d`; `held` records where.
+//!
 //! T15: each light has its own thickness. An environment has none; for it d is the length of the refracted ray to
 //! where it leaves the bounding box, the x*_in of Eq. 3, which is never less than the solid's own thickness there.
 
-use super::Frame;
+use super::frame::exit;
 use super::gbuffer::shade;
+use super::{Frame, Reading};
+use crate::numeric::order::max;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -29,26 +42,43 @@ pub(super) const PASS: Pass<Frame> = Pass {
         about: "the factor from radiosity to radiance: transmittance towards the eye times the dipole at the thickness",
         inputs: &["translucency.gbuffer", "translucency.thickness"],
         axes: &[Axis::Light, Axis::Row, Axis::Column, RGB],
-        unit: "1/sr",
+        unit: "1/sr; as printed also a reciprocal area in the scene's unit",
     },
     run,
 };
 
+/// The thickness at a point of pixel `index`, in the scene's unit and as it was measured, and the share received.
+pub(super) fn measured(
+    frame: &Frame,
+    thickness: &Buffer,
+    light: usize,
+    index: usize,
+    point: Vec3,
+    normal: Vec3,
+) -> (f32, f32) {
+    match frame.caster(light) {
+        Some(caster) => (thickness.slice(caster)[index * 2], thickness.slice(caster)[index * 2 + 1]),
+        None => (exit(&frame.bounds, point, frame.refracted(point, normal)).1, 1.0),
+    }
+}
+
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
-    let thickness = inputs.get("translucency.thickness");
+    let (thickness, smallest) = (inputs.get("translucency.thickness"), frame.smallest_d());
     shade(
         frame,
         inputs.get("translucency.gbuffer"),
         frame.lights.len(),
         3,
         |light, index, point, normal, out| {
-            let (d, receives) = match frame.caster(light) {
-                Some(caster) => (thickness.slice(caster)[index * 2], thickness.slice(caster)[index * 2 + 1]),
-                None => (frame.exit(point, frame.refracted(point, normal)).1, 1.0),
-            };
+            let (d, receives) = measured(frame, thickness, light, index, point, normal);
             let leaving = receives * frame.medium.transmittance(normal.dot(frame.towards_camera(point)));
             for (out, dipole) in out.iter_mut().zip(&frame.medium.dipoles) {
-                *out = FRAC_1_PI * leaving * (FRAC_1_PI * dipole.wall(d));
+                *out = FRAC_1_PI
+                    * leaving
+                    * match frame.settings.reading {
+                        Reading::Corrected => FRAC_1_PI * dipole.wall(d),
+                        Reading::Paper => dipole.as_printed(max(d, smallest)),
+                    };
             }
         },
     )

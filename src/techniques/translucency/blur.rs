@@ -5,8 +5,12 @@
 //! silhouettes, so texels without a surface have no weight: both directions carry the weighted sum and the sum of
 //! weights, and divide once at the end. A texel without a surface but with one in reach thereby gets a value, which
 //! the lookups of `thickness` at a silhouette need; one without any stays 0.
+//!
+//! To the letter a width of n has n taps, at −⌊n/2⌋ … n − 1 − ⌊n/2⌋ and centred between them, at −½ for an even n, and
+//! takes every texel alike. The clear value is the far distance of the light's view, 1.5 radii of the box behind its
+//! centre; it also stands for what lies outside the map, where the light sees nothing either.
 
-use super::Frame;
+use super::{Frame, Reading};
 use crate::numeric::{double::exp, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
 
@@ -22,74 +26,84 @@ pub(super) const PASS: Pass<Frame> = Pass {
     run,
 };
 
-/// The right half of the kernel: weights at 0, 1, … ⌊n/2⌋ texels, unnormalised, as the sum of those used divides.
-fn taps(width: usize) -> Vec<f32> {
-    let deviation = width as f64 / 4.0;
-    let weight = |offset: usize| match offset {
+/// Offsets and weights of the kernel, from the far left (or top) to the far right, unnormalised: the sum of the weights
+/// that are used divides.
+fn taps(width: usize) -> Vec<(isize, f32)> {
+    let (reach, deviation) = ((width / 2) as isize, width as f64 / 4.0);
+    let weight = |offset: isize| match offset {
         0 => 1.0,
         _ => exp(-0.5 * (offset * offset) as f64 / (deviation * deviation)) as f32,
     };
-    (0..=width / 2).map(weight).collect()
+    (-reach..=reach).map(|offset| (offset, weight(offset))).collect()
+}
+
+/// Offsets and weights of the kernel to the letter, n of them for a width of n; their sum is 1. A width of 0 is that of
+/// 1, which changes nothing.
+fn taps_as_printed(width: usize) -> Vec<(isize, f32)> {
+    let (count, first) = (width.max(1) as isize, -((width / 2) as isize));
+    let middle = first as f64 + (count - 1) as f64 / 2.0;
+    let deviation = count as f64 / 4.0;
+    let weight = |offset: isize| {
+        let x = (offset as f64 - middle) / deviation;
+        exp(-0.5 * x * x)
+    };
+    let total = (first..first + count).map(weight).fold(0.0, |sum, weight| sum + weight);
+    (first..first + count).map(|offset| (offset, (weight(offset) / total) as f32)).collect()
 }
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let shadows = inputs.get("translucency.shadow");
-    let (size, taps) = (frame.settings.shadow, taps(frame.settings.blur));
+    let (size, width) = (frame.settings.shadow, frame.settings.blur);
     let mut values = Vec::with_capacity(frame.casters.len() * size * size);
-    for number in 0..frame.casters.len() {
-        let shadow = shadows.slice(number);
-        let mut sums: Vec<f32> = shadow.iter().step_by(2).copied().collect();
-        let mut weights: Vec<f32> =
-            sums.iter().map(|distance| f32::from(u8::from(*distance > 0.0))).collect();
-        for map in [&mut sums, &mut weights] {
-            *map = down(&across(map, size, &taps), size, &taps);
+    for (number, caster) in frame.casters.iter().enumerate() {
+        let distances = shadows.slice(number).iter().step_by(2).copied();
+        match frame.settings.reading {
+            Reading::Corrected => {
+                let sums: Vec<f32> = distances.collect();
+                let weights: Vec<f32> =
+                    sums.iter().map(|distance| if *distance > 0.0 { 1.0 } else { 0.0 }).collect();
+                let [sums, weights] = [sums, weights].map(|map| convolved(&map, size, &taps(width), 0.0));
+                let share = |(sum, weight): (&f32, &f32)| if *weight > 0.0 { sum / weight } else { 0.0 };
+                values.extend(sums.iter().zip(&weights).map(share));
+            }
+            Reading::Paper => {
+                let clear = caster.shadow.distance(frame.bounds.center()) + 1.5 * frame.bounds.radius();
+                let filled = distances.map(|distance| if distance > 0.0 { distance } else { clear });
+                values.extend(convolved(&filled.collect::<Vec<_>>(), size, &taps_as_printed(width), clear));
+            }
         }
-        let share = |(sum, weight): (&f32, &f32)| if *weight > 0.0 { sum / weight } else { 0.0 };
-        values.extend(sums.iter().zip(&weights).map(share));
     }
     Buffer::f32(&[frame.casters.len(), size, size], values)
 }
 
-/// Where a tap `offset` texels away falls on a map of `size`, outside which nothing has weight: the first texel that
-/// it reaches, the texel it then reads, and for how many texels.
-fn reach(offset: isize, size: usize) -> (usize, usize, usize) {
-    let count = size.saturating_sub(offset.unsigned_abs());
-    if offset < 0 { (size - count, 0, count) } else { (0, size - count, count) }
-}
-
-/// The taps from the far left (or top) to the far right: a texel's sum is taken in this order.
-fn ordered(taps: &[f32]) -> impl Iterator<Item = (isize, f32)> {
-    let reach = taps.len() as isize - 1;
-    (-reach..=reach).map(|offset| (offset, taps[offset.unsigned_abs()]))
-}
-
-/// Convolves each row. One tap at a time over the whole row: the same order of additions for each texel, and many
-/// texels at once.
-fn across(map: &[f32], size: usize, taps: &[f32]) -> Vec<f32> {
-    let mut out = vec![0.0; map.len()];
-    parallel::for_each_chunk(&mut out, size, |row, out| {
+/// Convolves the rows, then the columns, of a square map, outside which every texel is `outside`.
+///
+/// One tap at a time over a whole row: a texel's sum is taken in the order of the taps, many texels at once.
+fn convolved(map: &[f32], size: usize, taps: &[(isize, f32)], outside: f32) -> Vec<f32> {
+    let mut rows = vec![0.0; map.len()];
+    parallel::for_each_chunk(&mut rows, size, |row, out| {
         let from = &map[row * size..][..size];
-        for (offset, weight) in ordered(taps) {
-            let (to, first, count) = reach(offset, size);
-            add(&mut out[to..to + count], &from[first..first + count], weight);
+        for (offset, weight) in taps {
+            // Where the tap falls on the map: the first texel that it serves, the first that it reads, and how many.
+            let count = size.saturating_sub(offset.unsigned_abs());
+            let (to, first) = if *offset < 0 { (size - count, 0) } else { (0, size - count) };
+            let (left, rest) = out.split_at_mut(to);
+            let (served, right) = rest.split_at_mut(count);
+            served.iter_mut().zip(&from[first..]).for_each(|(out, value)| *out += weight * value);
+            left.iter_mut().chain(right).for_each(|out| *out += weight * outside);
         }
     });
-    out
-}
-
-/// Convolves each column, a row at a time.
-fn down(map: &[f32], size: usize, taps: &[f32]) -> Vec<f32> {
-    let mut out = vec![0.0; map.len()];
-    parallel::for_each_chunk(&mut out, size, |row, out| {
-        for (offset, weight) in ordered(taps) {
-            if let Some(from) = row.checked_add_signed(offset).filter(|from| *from < size) {
-                add(out, &map[from * size..][..size], weight);
+    let mut columns = vec![0.0; map.len()];
+    parallel::for_each_chunk(&mut columns, size, |row, out| {
+        for (offset, weight) in taps {
+            match row.checked_add_signed(*offset).filter(|from| *from < size) {
+                Some(from) => {
+                    let from = &rows[from * size..][..size];
+                    out.iter_mut().zip(from).for_each(|(out, value)| *out += weight * value);
+                }
+                None => out.iter_mut().for_each(|out| *out += weight * outside),
             }
         }
     });
-    out
-}
-
-fn add(out: &mut [f32], from: &[f32], weight: f32) {
-    out.iter_mut().zip(from).for_each(|(out, value)| *out += weight * value);
+    columns
 }

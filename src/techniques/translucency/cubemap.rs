@@ -6,6 +6,9 @@
 //! frame for the direction from the centre to that point. Perspective views would need a distance that the paper
 //! does not give, and would see less than the whole face.
 //!
+//! Without `blindness_cure` the views fill the faces of the cube about the box (fig. 7b): unscaled, the solid leaves a
+//! part of a face empty wherever its box is shorter than the longest side.
+//!
 //! The paper renders "the illuminated object" without saying whether it shades itself. Here it does not: light
 //! that one part of a convex solid keeps from another does not exist, and the paper's model is of convex solids.
 //!
@@ -44,13 +47,13 @@ pub(super) const FACES: [[Vec3; 2]; 6] = [
 
 /// The view of one face.
 pub(super) fn face_view(frame: &Frame, [right, up]: [Vec3; 2]) -> View {
-    let half = frame.bounds.half_extents();
+    let half = frame.viewed.half_extents();
     let extent = |axis: Vec3| half.dot(axis.abs());
     let axes = Axes { right, up, forward: up.cross(right) };
     let depth = extent(axes.forward) * 1.01; // a little more than the box, so that rounding cannot clip its faces
     let size = frame.settings.cubemap;
     View::orthographic(
-        frame.bounds.center(),
+        frame.viewed.center(),
         axes,
         [extent(right), extent(up)],
         [-depth, depth],

@@ -10,8 +10,26 @@ use crate::world::medium::Medium;
 use crate::world::mesh::{Bounds, Mesh};
 use glam::Vec3;
 
-/// The technique's own knobs.
+/// How an equation is taken where print and correction differ. Each pass's head says what it does under each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// As the errata correct it.
+    Corrected,
+    /// To the letter of the paper, errors included.
+    Paper,
+}
+
+/// Where the radiosity is evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Evaluation {
+    /// At each pixel.
+    Pixel,
+    /// At each vertex, and interpolated over the triangle (fig. 6).
+    Vertex,
+}
+
+/// The technique's own knobs.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Width and height of a face of the external cubemap, in texels.
     pub cubemap: usize,
@@ -19,6 +37,20 @@ pub struct Settings {
     pub shadow: usize,
     /// Width of the Gaussian that blurs it, in texels; 0 and 1 leave it as it is.
     pub blur: usize,
+    /// Which reading of the equations.
+    pub reading: Reading,
+    /// The thickness at which [`Reading::Paper`] holds the attenuation of Eq. 12, in the scene's unit; `None` for
+    /// 10⁻³ of half the bounding box's diagonal.
+    pub smallest_d: Option<f32>,
+    /// Where the radiosity is evaluated.
+    pub evaluation: Evaluation,
+    /// Whether only points up to the second surface that the light meets receive it (fig. 9); else all do.
+    pub second_layer: bool,
+    /// Whether the radiosity is looked up where the refracted ray leaves the box (the cure of fig. 7a); else along
+    /// the ray's direction from the centre.
+    pub shift_cure: bool,
+    /// Whether the six views fill the solid's bounding box (fig. 8, the cure of fig. 7b); else a cube around it.
+    pub blindness_cure: bool,
 }
 
 /// A light with a shadow map.
@@ -37,6 +69,9 @@ pub struct Frame {
     pub solid: Mesh,
     /// The solid's bounding box, each half extent at least 10⁻⁴ of the radius so that a flat solid has one too.
     pub bounds: Bounds,
+    /// The box whose faces the six views of the cubemap fill: the bounding box, or without the cure of blindness the
+    /// cube about its centre that is as wide as its longest side.
+    pub viewed: Bounds,
     /// The material.
     pub medium: Medium,
     /// Exponent of the highlight of casting lights; 0 for none.
@@ -77,6 +112,9 @@ impl Frame {
         let (center, half) = (bounds.center(), bounds.half_extents());
         let half = max3(half, Vec3::splat(half.length() * 1e-4));
         let bounds = Bounds { low: center - half, high: center + half };
+        let widest = Vec3::splat(half.max_element());
+        let cube = Bounds { low: center - widest, high: center + widest };
+        let viewed = if settings.blindness_cure { bounds } else { cube };
         let mut casters = Vec::new();
         for (index, light) in lights.iter().enumerate() {
             let shadow = match light {
@@ -106,6 +144,7 @@ impl Frame {
         Ok(Self {
             solid,
             bounds,
+            viewed,
             medium,
             gloss,
             lights,
@@ -116,6 +155,20 @@ impl Frame {
             background,
             settings,
         })
+    }
+
+    /// Whether the letter of the paper is asked for.
+    pub(super) fn paper(&self) -> bool {
+        self.settings.reading == Reading::Paper
+    }
+
+    /// The least thickness with which Eq. 12 is computed, in the scene's unit: the corrected one is bounded and needs
+    /// none but 0.
+    pub(super) fn smallest_d(&self) -> f32 {
+        match self.settings.reading {
+            Reading::Corrected => 0.0,
+            Reading::Paper => self.settings.smallest_d.unwrap_or(1e-3 * self.bounds.radius()),
+        }
     }
 
     /// The index of a light among the casters.
@@ -139,24 +192,23 @@ impl Frame {
         let squared = sine.length_squared();
         sine - normal * (if squared < 1.0 { 1.0 - squared } else { 0.0 }).sqrt()
     }
+}
 
-    /// Where a ray from `point`, inside the solid's box, leaves it, and how far that is: the correction of the
-    /// shift problem (§3).
-    #[inline]
-    pub(super) fn exit(&self, point: Vec3, direction: Vec3) -> (Vec3, f32) {
-        let (low, high) = (self.bounds.low, self.bounds.high);
-        let mut nearest = f32::MAX;
-        for axis in 0..3 {
-            // A component of 0 never meets its two planes, and must not make 0/0.
-            if direction[axis] != 0.0 {
-                let side = if direction[axis] > 0.0 { high[axis] } else { low[axis] };
-                let t = (side - point[axis]) / direction[axis];
-                if t < nearest {
-                    nearest = t;
-                }
+/// Where a ray from `point`, inside the box, leaves it, and how far that is: the correction of the shift problem (§3).
+#[inline]
+pub(super) fn exit(bounds: &Bounds, point: Vec3, direction: Vec3) -> (Vec3, f32) {
+    let (low, high) = (bounds.low, bounds.high);
+    let mut nearest = f32::MAX;
+    for axis in 0..3 {
+        // A component of 0 never meets its two planes, and must not make 0/0.
+        if direction[axis] != 0.0 {
+            let side = if direction[axis] > 0.0 { high[axis] } else { low[axis] };
+            let t = (side - point[axis]) / direction[axis];
+            if t < nearest {
+                nearest = t;
             }
         }
-        let t = if nearest > 0.0 && nearest < f32::MAX { nearest } else { 0.0 };
-        (point + direction * t, t)
     }
+    let t = if nearest > 0.0 && nearest < f32::MAX { nearest } else { 0.0 };
+    (point + direction * t, t)
 }

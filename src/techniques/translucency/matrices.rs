@@ -3,8 +3,11 @@
 //!
 //! Decides errata T1 (the last row mirrors the last column), T9 (the constants are exact) and T10: the constants
 //! already hold the clamped cosine, so a constant E gives B = πE; `attenuation` divides by that π.
+//!
+//! To the letter the last row has c₁E₁₁ and c₂E₂₋₁ where the last column has c₂E₁₁ and c₂E₁₋₁, and
+//! the constants have six digits, of which c₂'s and c₃'s last is wrong; nothing divides by π.
 
-use super::Frame;
+use super::{Frame, Reading};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
 use crate::sphere::irradiance;
 
@@ -26,7 +29,11 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     for light in 0..frame.lights.len() {
         let terms = projection.slice(light);
         let coefficients = std::array::from_fn(|i| [terms[3 * i], terms[3 * i + 1], terms[3 * i + 2]]);
-        values.extend(irradiance::matrix(&coefficients).iter().flatten().flatten());
+        let matrices = match frame.settings.reading {
+            Reading::Corrected => irradiance::matrix(&coefficients),
+            Reading::Paper => irradiance::matrix_as_printed(&coefficients),
+        };
+        values.extend(matrices.iter().flatten().flatten());
     }
     Buffer::f32(&[frame.lights.len(), 3, 4, 4], values)
 }

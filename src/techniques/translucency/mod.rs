@@ -7,10 +7,14 @@
 //! shadow ┬→ peel ─────────┐                                             │
 //!        ├→ blur ─────────┴→ thickness ────────────────→ attenuation ───┼→ final
 //!        └──────────────────────────────→ direct ───────────────────────┘
-//! visibility → gbuffer → (thickness, radiosity, attenuation, direct, final)
+//! visibility → (gbuffer, radiosity)
+//! gbuffer → (thickness, radiosity, attenuation, held, direct, final)
+//! thickness → held
 //! ```
 //!
-//! Every pass has the corrected reading of the errata; its head says which rows it decides and why.
+//! Every pass has the corrected reading of the errata and, under [`Reading::Paper`], the letter of the print; its head
+//! says which rows it decides, why, and what the letter does there. Where the paper says nothing, or what cannot be
+//! computed (T5, T8, T13, T14, T15), both readings are one.
 
 mod attenuation;
 mod blur;
@@ -20,6 +24,7 @@ mod export;
 mod final_;
 mod frame;
 mod gbuffer;
+mod held;
 mod lookup;
 mod matrices;
 mod peel;
@@ -31,12 +36,12 @@ mod transmit;
 mod visibility;
 
 pub use export::Export;
-pub use frame::{Caster, Frame, Settings};
+pub use frame::{Caster, Evaluation, Frame, Reading, Settings};
 
 use crate::pass::Pass;
 
 /// The technique's passes in flow order.
-pub const PASSES: [Pass<Frame>; 14] = [
+pub const PASSES: [Pass<Frame>; 15] = [
     cubemap::PASS,
     transmit::PASS,
     projection::PASS,
@@ -49,6 +54,7 @@ pub const PASSES: [Pass<Frame>; 14] = [
     thickness::PASS,
     radiosity::PASS,
     attenuation::PASS,
+    held::PASS,
     direct::PASS,
     final_::PASS,
 ];

@@ -1,8 +1,8 @@
 //! `translucency.shadow`: the distance from each casting light to the first surface (§2.2, Williams 1978).
 //!
 //! Decides errata T12: the recorded distance is linear, and radial for a point light, so that it may be subtracted
-//! from a point's distance. Beside it stands the rasterized depth, by which `peel` tells the second surface from
-//! the first without rounding. Both are 0 where the light sees nothing.
+//! from a point's distance; under both readings, as nothing else can be. Beside it stands the rasterized depth, by which
+//! `peel` tells the second surface from the first without rounding. Both are 0 where the light sees nothing.
 
 use super::Frame;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};

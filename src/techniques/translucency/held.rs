@@ -1,0 +1,32 @@
+//! `translucency.held`: where Eq. 12 was not computed with the thickness that was measured.
+//!
+//! The printed attenuation diverges as 1/d³ at d → 0 and is negative at d < 0 (errata T3). Its reading
+//! ([`Reading::Paper`](super::Reading::Paper)) takes a thickness of at most `smallest_d`, a negative one included, for
+//! `smallest_d`: this is the mask of those pixels, in which the picture is the setting's and not the equation's. The
+//! corrected attenuation is bounded, and holds a thickness at 0 alone.
+
+use super::Frame;
+use super::attenuation::measured;
+use super::gbuffer::shade;
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+
+pub(super) const PASS: Pass<Frame> = Pass {
+    info: Info {
+        name: "translucency.held",
+        equation: "Eq. 12; T3",
+        about: "1 where the thickness was at or below the smallest with which the attenuation is computed, and was held",
+        inputs: &["translucency.gbuffer", "translucency.thickness"],
+        axes: &[Axis::Light, Axis::Row, Axis::Column, Axis::Channel(&["held"])],
+        unit: "0 or 1",
+    },
+    run,
+};
+
+fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
+    let (thickness, smallest) = (inputs.get("translucency.thickness"), frame.smallest_d());
+    let gbuffer = inputs.get("translucency.gbuffer");
+    shade(frame, gbuffer, frame.lights.len(), 1, |light, index, point, normal, out| {
+        let (d, _) = measured(frame, thickness, light, index, point, normal);
+        out[0] = if d <= smallest { 1.0 } else { 0.0 };
+    })
+}
