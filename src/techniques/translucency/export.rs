@@ -263,6 +263,8 @@ fn material(medium: &Medium, gloss: f32) -> Json {
 /// directions towards the camera and the light.
 fn formulas() -> Json {
     json!({
+        "reading": "corrected, evaluated at each pixel, with both cures and the second layer; where the settings say \
+            otherwise, the heads of the passes' source files do",
         "symbols": "p a point, n its unit normal, v and l the unit directions towards the camera and the light; \
             E(l) the irradiance of a surface that faces the light; F(c) = F0 + (1 - F0)(1 - c)^5 with c held to [0, 1], \
             T(c) = 1 - F(c); [n, 1] M [n, 1] a quadratic form; bilinear: of the four texels around where p falls on the \
@@ -287,6 +289,7 @@ fn formulas() -> Json {
             bounding box; max(0, [u, 1] M [u, 1]), u = normalize((q - centre)/half_extents), M of matrices",
         "attenuation": "receives T(n.v)/pi W(d)/pi, W(d) = alpha'/2 (z_r exp(-sigma_tr s_r)/s_r + z_v exp(-sigma_tr \
             s_v)/s_v), s_r = sqrt(d^2 + z_r^2), s_v = sqrt(d^2 + z_v^2); of an environment d = |q - p|, receives = 1",
+        "held": "1 where Eq. 12 to the letter took smallest_d for a thickness, 0 elsewhere and under this reading",
         "direct": "lit E(l) max(0, n.l) (R_d T(n.v) T(n.l)/pi + (gloss + 8)/(8 pi) max(0, n.h)^gloss F(v.h)), h halfway \
             between v and l, no highlight where gloss is 0; lit = bilinear share of the texels at which shadow is 0 or \
             at least distance(p) - slack; of an environment R_d T(n.v)/pi T(diffuse_cosine) max(0, [n, 1] M [n, 1]); \
