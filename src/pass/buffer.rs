@@ -97,9 +97,11 @@ impl Buffer {
     }
 
     /// The real numbers of the `index`-th slice of the slowest axis: one light's images.
+    #[inline]
     pub fn slice(&self, index: usize) -> &[f32] {
-        let length = self.shape[1..].iter().product::<usize>();
-        &self.as_f32()[index * length..][..length]
+        let values = self.as_f32();
+        let length = values.len() / self.shape[0];
+        &values[index * length..][..length]
     }
 
     /// BLAKE3 over rank, shape, type and values (contract 10).

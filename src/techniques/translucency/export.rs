@@ -289,7 +289,7 @@ fn formulas() -> Json {
             bounding box; max(0, [u, 1] M [u, 1]), u = normalize((q - centre)/half_extents), M of matrices",
         "attenuation": "receives T(n.v)/pi W(d)/pi, W(d) = alpha'/2 (z_r exp(-sigma_tr s_r)/s_r + z_v exp(-sigma_tr \
             s_v)/s_v), s_r = sqrt(d^2 + z_r^2), s_v = sqrt(d^2 + z_v^2); of an environment d = |q - p|, receives = 1",
-        "held": "1 where Eq. 12 to the letter took smallest_d for a thickness, 0 elsewhere and under this reading",
+        "held": "1 where d is at most the least that attenuation is computed with: 0, or to the letter smallest_d",
         "direct": "lit E(l) max(0, n.l) (R_d T(n.v) T(n.l)/pi + (gloss + 8)/(8 pi) max(0, n.h)^gloss F(v.h)), h halfway \
             between v and l, no highlight where gloss is 0; lit = bilinear share of the texels at which shadow is 0 or \
             at least distance(p) - slack; of an environment R_d T(n.v)/pi T(diffuse_cosine) max(0, [n, 1] M [n, 1]); \
