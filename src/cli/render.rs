@@ -48,17 +48,17 @@ impl Arguments {
             run::render(&scene, &self.folder.assets(), &wanted, &mut sinks)
         })??;
         progress.say("writing");
-        let mut written = files.write(&self.scene, &scene.settings, scene.exposure)?;
-        if let Some(path) =
-            sheet::write(&self.out.join(format!("{}.passes.png", scene.name())), files.kept())?
-        {
-            written.insert(1.min(written.len()), path);
+        let (sheet, seconds) = (sheet::draw(files.kept())?, files.seconds());
+        let mut batch = files.write(&self.scene, &scene.settings, scene.exposure)?;
+        if let Some(sheet) = sheet {
+            batch.write(format!("{}.passes.png", scene.name()), |path| sheet.write(path))?;
         }
+        let written = batch.commit()?;
         drop(progress);
         for path in &written {
             print(&format!("{}\n", path.display()))?;
         }
-        print(&format!("{:.3} s in passes\n", files.seconds()))?;
+        print(&format!("{seconds:.3} s in passes\n"))?;
         Ok(ExitCode::SUCCESS)
     }
 }

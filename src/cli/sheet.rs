@@ -8,7 +8,7 @@ use crate::Error;
 use crate::numeric::order::{clamp, max};
 use crate::numeric::random;
 use crate::pass::{Buffer, Channel, Data, Info, Layer, layers, png};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use tiny_skia::{Color, Pixmap};
 
 /// Width and height of an image on the sheet, in pixels.
@@ -21,6 +21,9 @@ const TEXT: usize = 20;
 /// Images side by side.
 const COLUMNS: usize = 5;
 
+/// The most pictures on a sheet: more than that nobody takes in at one look.
+const MOST: usize = 500;
+
 /// An image of the sheet: a name, and RGB in sRGB code values.
 struct Picture {
     name: String,
@@ -29,21 +32,24 @@ struct Picture {
     rgb: Vec<[u8; 3]>,
 }
 
-/// Writes the sheet and returns its path; nothing where fewer than two images were asked for.
+/// A drawn sheet.
+pub(super) struct Sheet(Pixmap);
+
+/// Draws the sheet; nothing where fewer than two images were asked for. Beyond [`MOST`] pictures it shows the first.
 ///
 /// # Errors
-/// What the system refuses, naming the file.
-pub(super) fn write(path: &Path, kept: &[(Info, Buffer)]) -> Result<Option<PathBuf>, Error> {
+/// A sheet that is too large to draw.
+pub(super) fn draw(kept: &[(Info, Buffer)]) -> Result<Option<Sheet>, Error> {
     let images = kept.iter().filter(|(info, _)| info.is_image());
-    let pictures: Vec<Picture> =
-        images.flat_map(|(info, buffer)| layers(info, buffer)).flat_map(|layer| pictures(&layer)).collect();
+    let layers = images.flat_map(|(info, buffer)| layers(info, buffer));
+    let pictures: Vec<Picture> = layers.flat_map(|layer| pictures(&layer)).take(MOST).collect();
     if pictures.len() < 2 {
         return Ok(None);
     }
     let columns = COLUMNS.min(pictures.len());
     let (width, height) =
         (GAP + columns * (CELL + GAP), GAP + pictures.len().div_ceil(columns) * (CELL + TEXT + GAP));
-    let too_large = || Error::new("the sheet of passes is too large").file(path);
+    let too_large = || Error::new("the sheet of passes is too large").remedy("ask for fewer passes");
     let mut sheet = Pixmap::new(width as u32, height as u32).ok_or_else(too_large)?;
     sheet.fill(Color::from_rgba8(24, 24, 28, 255));
     for (index, picture) in pictures.iter().enumerate() {
@@ -51,10 +57,18 @@ pub(super) fn write(path: &Path, kept: &[(Info, Buffer)]) -> Result<Option<PathB
         place(&mut sheet, picture, left, top);
         font::draw(&mut sheet, &picture.name, left as f32, (top + CELL + 5) as f32);
     }
-    let rgb: Vec<u8> =
-        sheet.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect();
-    png::write(path, width, height, &rgb)?;
-    Ok(Some(path.into()))
+    Ok(Some(Sheet(sheet)))
+}
+
+impl Sheet {
+    /// Writes the sheet to `path`.
+    ///
+    /// # Errors
+    /// What the system refuses, naming the file.
+    pub(super) fn write(&self, path: &Path) -> Result<(), Error> {
+        let rgb = self.0.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]);
+        png::write(path, self.0.width() as usize, self.0.height() as usize, &rgb.collect::<Vec<u8>>())
+    }
 }
 
 /// Draws a picture into its cell, as large as fits: whole texels where it grows, the nearest where it shrinks.

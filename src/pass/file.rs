@@ -1,9 +1,10 @@
-//! Files written whole or not at all.
+//! Files written whole or not at all, one by one or several together.
 
 use crate::Error;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Writes `path` through `write` into a temporary file beside it, then puts that in its place: a failure
 /// leaves the old file as it was.
@@ -11,23 +12,114 @@ use std::path::Path;
 /// # Errors
 /// What the system or `write` refuses, naming the file.
 pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), Error> {
-    let refused = |error: io::Error| {
-        Error::new(format!("cannot be written: {error}"))
-            .file(path)
-            .remedy("choose a folder that can be written")
-    };
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let temporary = path.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
-    let written = File::create(&temporary).and_then(|file| {
-        let mut out = BufWriter::new(file);
-        write(&mut out)?;
-        out.flush()?;
-        out.get_ref().sync_all()
-    });
-    written.and_then(|()| fs::rename(&temporary, path)).map_err(|error| {
+    let refused = |error| refused(&error, path);
+    let (temporary, file) = temporary(path, |temporary| File::create_new(temporary)).map_err(refused)?;
+    let mut out = BufWriter::new(file);
+    let written = write(&mut out)
+        .and_then(|()| out.flush())
+        .and_then(|()| out.get_ref().sync_all())
+        .and_then(|()| fs::rename(&temporary, path));
+    drop(out.into_parts()); // closed without another attempt to write
+    written.map_err(|error| {
         let _ = fs::remove_file(&temporary); // nothing more can be done about a file that is not even there
         refused(error)
     })
+}
+
+/// Files of one folder that appear in it together: all are written in a folder of their own inside it, and
+/// [`Batch::commit`] puts each in its place when every one is complete. Dropped before that, it leaves the folder
+/// as it was. (A process that is killed leaves its `.….tmp` behind; such a folder may be deleted.)
+#[derive(Debug)]
+pub struct Batch {
+    folder: PathBuf,
+    stage: PathBuf,
+    names: Vec<String>,
+}
+
+impl Batch {
+    /// A batch of files of the frame `name` in `folder`, which is made if it is not there.
+    ///
+    /// # Errors
+    /// Where the folder cannot be made or written into, naming it.
+    pub fn new(folder: &Path, name: &str) -> Result<Self, Error> {
+        let refused = |what: &str, error: io::Error| {
+            Error::new(format!("cannot be {what}: {error}"))
+                .file(folder)
+                .remedy("choose another folder with -o")
+        };
+        fs::create_dir_all(folder).map_err(|error| refused("made", error))?;
+        let (stage, ()) = temporary(&folder.join(name), |stage| fs::create_dir(stage))
+            .map_err(|error| refused("written into", error))?;
+        Ok(Self { folder: folder.into(), stage, names: Vec::new() })
+    }
+
+    /// Writes the file `name` through `write`, which is told a path to write to.
+    ///
+    /// # Errors
+    /// What `write` refuses, naming the file by its place in the folder.
+    pub fn write(
+        &mut self,
+        name: String,
+        write: impl FnOnce(&Path) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let (staged, place) = (self.stage.join(&name), self.folder.join(&name));
+        write(&staged).map_err(|error| match &error.file {
+            Some(file) if *file == staged => Error { file: Some(place), ..error },
+            _ => error,
+        })?;
+        self.names.push(name);
+        Ok(())
+    }
+
+    /// Puts every file in its place and returns their paths, in the order of writing.
+    ///
+    /// # Errors
+    /// What the system refuses, naming the file; found before any is replaced where a folder has its name.
+    pub fn commit(mut self) -> Result<Vec<PathBuf>, Error> {
+        let names = std::mem::take(&mut self.names);
+        let places: Vec<_> = names.iter().map(|name| self.folder.join(name)).collect();
+        if let Some(place) = places.iter().find(|place| place.is_dir()) {
+            return Err(Error::new("cannot be written: a folder has its name")
+                .file(place)
+                .remedy("move that folder away, or choose another with -o"));
+        }
+        for (name, place) in names.iter().zip(&places) {
+            fs::rename(self.stage.join(name), place).map_err(|error| refused(&error, place))?;
+        }
+        Ok(places)
+    }
+}
+
+impl Drop for Batch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.stage); // what cannot be removed is left; it hides nothing
+    }
+}
+
+fn refused(error: &io::Error, path: &Path) -> Error {
+    let remedy = match error.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "make room, or choose another folder"
+        }
+        ErrorKind::IsADirectory => "move the folder of that name away",
+        _ => "choose a folder that can be written",
+    };
+    Error::new(format!("cannot be written: {error}")).file(path).remedy(remedy)
+}
+
+/// Makes something under a new name beside `path`, `.NAME.PROCESS.NUMBER.tmp`, that no other thread or process
+/// has, not even one that was killed.
+fn temporary<T>(path: &Path, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
+    static NUMBER: AtomicU64 = AtomicU64::new(0);
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    loop {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let temporary = path.with_file_name(format!(".{name}.{}.{number}.tmp", std::process::id()));
+        match make(&temporary) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            made => return Ok((temporary, made?)),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -46,5 +138,61 @@ mod tests {
         assert!(error.unwrap_err().to_string().contains("the disk is full"));
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn threads_that_write_one_file_leave_one_of_theirs_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        std::thread::scope(|scope| {
+            for letter in b'a'..b'e' {
+                let path = &path;
+                scope.spawn(move || {
+                    for _ in 0..20 {
+                        write(path, |out| (0..64).try_for_each(|_| out.write_all(&[letter; 999]))).unwrap();
+                    }
+                });
+            }
+        });
+        let bytes = fs::read(&path).unwrap();
+        assert!(bytes.len() == 64 * 999 && bytes.iter().all(|byte| *byte == bytes[0]));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_batch_appears_at_once_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = || {
+            let entries = fs::read_dir(folder.path()).unwrap();
+            let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
+            names.sort();
+            names
+        };
+        let text = |text: &'static [u8]| move |path: &Path| write(path, |out| out.write_all(text));
+        let mut batch = Batch::new(folder.path(), "a").unwrap();
+        batch.write("a.txt".into(), text(b"one")).unwrap();
+        batch.write("b.txt".into(), text(b"two")).unwrap();
+        assert!(!folder.path().join("a.txt").exists());
+        let places = batch.commit().unwrap();
+        assert_eq!(places, [folder.path().join("a.txt"), folder.path().join("b.txt")]);
+        assert_eq!(names(), ["a.txt", "b.txt"]);
+
+        let mut batch = Batch::new(folder.path(), "a").unwrap();
+        batch.write("a.txt".into(), text(b"new")).unwrap();
+        let full = |path: &Path| write(path, |_| Err(ErrorKind::StorageFull.into()));
+        let error = batch.write("b.txt".into(), full).unwrap_err();
+        assert_eq!(error.file, Some(folder.path().join("b.txt")));
+        assert!(error.to_string().ends_with("make room, or choose another folder"), "{error}");
+        drop(batch);
+        assert_eq!(fs::read(folder.path().join("a.txt")).unwrap(), b"one");
+        assert_eq!(names(), ["a.txt", "b.txt"]);
+
+        fs::create_dir(folder.path().join("c.txt")).unwrap();
+        let mut batch = Batch::new(folder.path(), "a").unwrap();
+        batch.write("a.txt".into(), text(b"new")).unwrap();
+        batch.write("c.txt".into(), text(b"new")).unwrap();
+        let error = batch.commit().unwrap_err().to_string();
+        assert!(error.contains("a folder has its name"), "{error}");
+        assert_eq!(fs::read(folder.path().join("a.txt")).unwrap(), b"one");
     }
 }

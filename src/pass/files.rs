@@ -1,16 +1,17 @@
 //! The sink that writes a frame's passes into a folder: `NAME.exr`, `.npy` files, `NAME.png` and `NAME.json`.
 
-use super::{Buffer, Digests, Info, Layer, Recorder, Timings, exr, file, layers, npy, png};
+use super::file::{self, Batch};
+use super::{Buffer, Digests, Info, Layer, Recorder, Timings, exr, layers, npy, png};
 use crate::Error;
 use crate::numeric::single::pow;
 use serde_json::{Map, Value as Json, json};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Collects the wanted passes; [`Files::write`] writes them, so that a failing frame leaves no file.
 #[derive(Debug)]
 pub struct Files {
-    folder: PathBuf,
+    batch: Batch,
     name: String,
     kept: Vec<(Info, Buffer)>,
     digests: Digests,
@@ -21,48 +22,38 @@ impl Files {
     /// A sink for the frame `name` in `folder`, which is made if it is not there.
     ///
     /// # Errors
-    /// Where the folder cannot be made, naming it.
+    /// Where the folder cannot be made or written into, naming it: before a pass runs, not after.
     pub fn new(folder: &Path, name: &str) -> Result<Self, Error> {
-        std::fs::create_dir_all(folder).map_err(|error| {
-            Error::new(format!("cannot be made: {error}"))
-                .file(folder)
-                .remedy("choose another folder with -o")
-        })?;
         let (digests, timings) = (Digests::default(), Timings::default());
-        Ok(Self { folder: folder.into(), name: name.into(), kept: Vec::new(), digests, timings })
+        Ok(Self { batch: Batch::new(folder, name)?, name: name.into(), kept: Vec::new(), digests, timings })
     }
 
-    /// Writes everything and returns the files' paths, the picture first. `exposure` brightens the PNG by that
-    /// many stops.
+    /// Writes everything, the picture first, and returns the batch: [`Batch::commit`] puts the files in their
+    /// places. `exposure` brightens the PNG by that many stops.
     ///
     /// # Errors
     /// What the system refuses, naming the file.
     pub fn write(
-        &self,
+        mut self,
         scene: &Path,
         settings: &Map<String, Json>,
         exposure: f32,
-    ) -> Result<Vec<PathBuf>, Error> {
-        let path = |ending: &str| self.folder.join(format!("{}.{ending}", self.name));
-        let mut written = Vec::new();
-        let picture = self.kept.iter().find(|(info, _)| info.name.ends_with(".final"));
-        if let Some((_, picture)) = picture {
-            written.push(path("png"));
-            preview(&path("png"), picture, exposure)?;
-        }
+    ) -> Result<Batch, Error> {
         let images: Vec<Layer> = self.images().flat_map(|(info, buffer)| layers(info, buffer)).collect();
+        let report = json!({"scene": scene.to_string_lossy(), "settings": settings, "passes": self.passes()});
+        let name = |ending: &str| format!("{}.{ending}", self.name);
+        let batch = &mut self.batch;
+        if let Some((_, picture)) = self.kept.iter().find(|(info, _)| info.name.ends_with(".final")) {
+            batch.write(name("png"), |path| preview(path, picture, exposure))?;
+        }
         if !images.is_empty() {
-            written.push(path("exr"));
-            exr::write(&path("exr"), &images)?;
+            batch.write(name("exr"), |path| exr::write(path, &images))?;
         }
         for (info, buffer) in self.kept.iter().filter(|(info, _)| !info.is_image()) {
-            written.push(path(&format!("{}.npy", info.name)));
-            npy::write(&path(&format!("{}.npy", info.name)), buffer)?;
+            batch.write(name(&format!("{}.npy", info.name)), |path| npy::write(path, buffer))?;
         }
-        written.push(path("json"));
-        let report = json!({"scene": scene.to_string_lossy(), "settings": settings, "passes": self.passes()});
-        file::write(&path("json"), |out| writeln!(out, "{report:#}"))?;
-        Ok(written)
+        batch.write(name("json"), |path| file::write(path, |out| writeln!(out, "{report:#}")))?;
+        Ok(self.batch)
     }
 
     /// The image passes, `final` first: viewers show a file's first part.

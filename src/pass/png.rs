@@ -22,6 +22,9 @@ pub fn write(path: &Path, width: usize, height: usize, rgb: &[u8]) -> Result<(),
     file::write(path, |out| {
         image::codecs::png::PngEncoder::new(out)
             .write_image(rgb, width as u32, height as u32, image::ExtendedColorType::Rgb8)
-            .map_err(io::Error::other)
+            .map_err(|error| match error {
+                image::ImageError::IoError(error) => error,
+                error => io::Error::other(error),
+            })
     })
 }
