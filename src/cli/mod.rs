@@ -98,7 +98,7 @@ pub fn main() -> ExitCode {
 fn print(text: &str) -> Result<(), Error> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::new(format!("cannot print: {error}")))
+            Err(Error::new(format!("cannot print: {error}")).remedy("send standard output elsewhere"))
         }
         _ => Ok(()),
     }

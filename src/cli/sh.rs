@@ -95,10 +95,31 @@ impl Arguments {
                 rotate(Coefficients::read(&file)?, axis.0, degrees, to)?
             }
         };
+        if has_null(&json) {
+            return Err(
+                Error::new("the result is beyond the range of numbers").remedy("scale the input down")
+            );
+        }
         print(&format!("{json:#}\n"))?;
         Ok(ExitCode::SUCCESS)
     }
 }
+
+/// Whether a number was not finite, which JSON cannot hold.
+fn has_null(json: &Json) -> bool {
+    match json {
+        Json::Array(items) => items.iter().any(has_null),
+        Json::Object(items) => items.values().any(has_null),
+        other => other.is_null(),
+    }
+}
+
+/// The most bytes of coefficients: a thousand for each of the most numbers.
+const MAX_BYTES: u64 = 1000 * 3 * (sh::MAX_BANDS * sh::MAX_BANDS) as u64;
+
+/// What coefficients look like.
+const REMEDY: &str = "write {\"bands\": 2, \"convention\": \"bitlight\", \"coefficients\": [[r, g, b], ...]}, as \
+                      `bitlight sh project` does";
 
 /// Coefficients of three channels.
 struct Coefficients {
@@ -109,24 +130,32 @@ struct Coefficients {
 
 impl Coefficients {
     fn read(file: &str) -> Result<Self, Error> {
-        let refused = |error: std::io::Error| Error::new(format!("cannot be read: {error}")).file(file);
-        let text = if file == "-" {
-            let mut text = String::new();
-            std::io::stdin().lock().read_to_string(&mut text).map_err(refused)?;
-            text
-        } else {
-            std::fs::read_to_string(file).map_err(refused)?
+        let refused = |error: std::io::Error| {
+            Error::new(format!("cannot be read: {error}"))
+                .file(file)
+                .remedy("name a file that `bitlight sh project` wrote, or - for standard input")
         };
-        let remedy = "write {\"bands\": 2, \"convention\": \"bitlight\", \"coefficients\": [[r, g, b], ...]}, as \
-                      `bitlight sh project` does";
-        let wrong = |what: String| Error::new(what).file(file).remedy(remedy);
-        let json: Json = serde_json::from_str(&text).map_err(|error| {
-            Error::new(format!("is no JSON: {error}")).file(file).line(error.line()).remedy(remedy)
-        })?;
+        let mut bytes = Vec::new();
+        let length = if file == "-" {
+            std::io::stdin().lock().take(MAX_BYTES + 1).read_to_end(&mut bytes)
+        } else {
+            std::fs::File::open(file).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
+        };
+        if length.map_err(refused)? as u64 > MAX_BYTES {
+            return Err(Error::new(format!("is longer than {MAX_BYTES} bytes")).file(file).remedy(REMEDY));
+        }
+        Self::parse(&bytes).map_err(|error| error.file(file))
+    }
+
+    /// The coefficients in the bytes of a JSON file.
+    fn parse(bytes: &[u8]) -> Result<Self, Error> {
+        let wrong = |what: String| Error::new(what).remedy(REMEDY);
+        let json: Json = serde_json::from_slice(bytes)
+            .map_err(|error| wrong(format!("is no JSON: {error}")).line(error.line()))?;
         let rows =
             json["coefficients"].as_array().ok_or_else(|| wrong("has no array \"coefficients\"".into()))?;
         let bands = json["bands"].as_u64().ok_or_else(|| wrong("has no whole number \"bands\"".into()))?;
-        check_bands(bands as usize).map_err(|error| error.file(file))?;
+        check_bands(usize::try_from(bands).unwrap_or(usize::MAX))?;
         if rows.len() as u64 != bands * bands {
             return Err(wrong(format!(
                 "has {} coefficients; {bands} bands have {}",
@@ -135,7 +164,7 @@ impl Coefficients {
             )));
         }
         let name = json["convention"].as_str().ok_or_else(|| wrong("names no \"convention\"".into()))?;
-        let convention = Convention::from_name(name).map_err(|error| error.file(file).key("convention"))?;
+        let convention = Convention::from_name(name).map_err(|error| error.key("convention"))?;
         let mut channels: [Vec<f64>; 3] = Default::default();
         for (index, row) in rows.iter().enumerate() {
             let rgb = row.as_array().filter(|rgb| rgb.len() == 3);
@@ -234,4 +263,46 @@ fn about([x, y, z]: [f64; 3], angle: f64) -> [[f64; 3]; 3] {
         [t * x * y + s * z, t * y * y + c, t * y * z - s * x],
         [t * x * z - s * y, t * y * z + s * x, t * z * z + c],
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const GOOD: &str = r#"{"bands": 2, "convention": "n3d", "coefficients":
+        [[1, 2.5, -3e-2], [0, 0, 0], [1e300, 1, 1], [1, 1, 1]]}"#;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn garbage_is_refused_with_a_remedy(
+            noise in prop::collection::vec(any::<u8>(), 0..100),
+            at in 0..GOOD.len(),
+            byte in prop::sample::select(b"[]{},:\"-+.0123e \xff\x00".as_slice()),
+            cut: bool,
+        ) {
+            let mut bytes = GOOD.as_bytes().to_vec();
+            bytes[at] = byte;
+            if cut {
+                bytes.truncate(at);
+            }
+            for bytes in [&noise, &bytes] {
+                match Coefficients::parse(bytes) {
+                    Ok(found) => {
+                        let count = found.bands * found.bands;
+                        prop_assert!(found.channels.iter().all(|channel| channel.len() == count));
+                        prop_assert!(found.channels.iter().flatten().all(|value| value.is_finite()));
+                    }
+                    Err(error) => prop_assert!(error.remedy.is_some(), "{error}"),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_unharmed_coefficients_are_read() {
+        assert_eq!(Coefficients::parse(GOOD.as_bytes()).unwrap().bands, 2);
+    }
 }

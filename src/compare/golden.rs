@@ -9,6 +9,7 @@ use crate::pass::{Buffer, Digests, Info, Kept, Record};
 use crate::run;
 use crate::scene::{Assets, Scene};
 use serde_json::{Map, Value as Json};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "exr")]
@@ -19,6 +20,9 @@ use crate::pass::{Layer, exr, file, layers, npy};
 use serde_json::json;
 #[cfg(feature = "exr")]
 use std::io::Write;
+
+/// The most of a manifest that is read, in bytes.
+const MAX_BYTES: u64 = 16 << 20;
 
 /// The manifest of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,8 +72,10 @@ impl Golden {
     /// The manifest's path for a scene: below `golden` as the scene is below its folder `scenes`.
     pub fn path(golden: &Path, scene: &Path) -> PathBuf {
         let parts: Vec<_> = scene.components().collect();
-        let below =
-            parts.iter().rposition(|part| part.as_os_str() == "scenes").map_or(parts.len() - 1, |at| at + 1);
+        let below = parts
+            .iter()
+            .rposition(|part| part.as_os_str() == "scenes")
+            .map_or(parts.len().max(1) - 1, |at| at + 1);
         golden.join(parts[below..].iter().collect::<PathBuf>()).with_extension("json")
     }
 
@@ -79,11 +85,20 @@ impl Golden {
     /// A file that is no manifest, naming it.
     pub fn read(golden: &Path, scene: &Path) -> Result<Option<Self>, Error> {
         let file = Self::path(golden, scene);
-        let Ok(text) = std::fs::read_to_string(&file) else { return Ok(None) };
-        let parsed = serde_json::from_str::<Json>(&text).ok().and_then(|json| Self::from_json(&json, &file));
-        let damaged =
-            || Error::new("is no golden manifest").file(&file).remedy("restore it from version control");
-        parsed.map(Some).ok_or_else(damaged)
+        let mut bytes = Vec::new();
+        match std::fs::File::open(&file).and_then(|file| file.take(MAX_BYTES).read_to_end(&mut bytes)) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            read => read.map_err(|error| {
+                Error::new(format!("cannot be read: {error}"))
+                    .file(&file)
+                    .remedy("restore it from version control")
+            })?,
+        };
+        let parsed = serde_json::from_slice::<Json>(&bytes).ok();
+        let parsed = parsed.and_then(|json| Self::from_json(&json, &file));
+        parsed.map(Some).ok_or_else(|| {
+            Error::new("is no golden manifest").file(&file).remedy("restore it from version control")
+        })
     }
 
     fn from_json(json: &Json, file: &Path) -> Option<Self> {
@@ -152,15 +167,23 @@ impl Golden {
         }
         let folder = self.file.with_extension("");
         if !info.is_image() {
-            let kept = npy::read(&folder.join(format!("{}.npy", info.name)))?;
+            let file = folder.join(format!("{}.npy", info.name));
+            let kept = npy::read(&file)?;
+            if kept.shape != buffer.shape || kept.data.type_name() != buffer.data.type_name() {
+                return Err(damaged(&file));
+            }
             let (a, b) = (kept.as_f32(), buffer.as_f32());
-            let first = (0..usize::min(a.len(), b.len())).find(|index| a[*index] != b[*index]);
+            let first = (0..a.len()).find(|index| a[*index] != b[*index]);
             return Ok(first.map_or(Pixels::None, |at| Pixels::Value(buffer.place(at), a[at], b[at])));
         }
-        let kept = exr::read(&folder.join("passes.exr"))?;
+        let file = folder.join("passes.exr");
+        let kept = exr::read(&file)?;
         for mut found in layers(info, buffer) {
             found.channels.sort_by(|a, b| a.name.cmp(&b.name)); // as EXR does
             let Some(expected) = kept.iter().find(|layer| layer.name == found.name) else { continue };
+            if !expected.same_form(&found) {
+                return Err(damaged(&file));
+            }
             if let Some(difference) = difference(expected, &found) {
                 return Ok(Pixels::Image(Box::new((difference, expected.clone(), found))));
             }
@@ -240,11 +263,7 @@ impl Golden {
     #[cfg(feature = "exr")]
     fn changes(&self, old: Option<&Self>) -> Vec<String> {
         let Some(old) = old else {
-            return self
-                .passes
-                .iter()
-                .map(|pass| format!("{}: new, {}", pass.name, &pass.digest[..16]))
-                .collect();
+            return self.passes.iter().map(|pass| format!("{}: new, {}", pass.name, head(pass))).collect();
         };
         let mut changes = Vec::new();
         if let Some(key) = first_difference(&old.settings, &self.settings) {
@@ -256,9 +275,9 @@ impl Golden {
         }
         for pass in &self.passes {
             match old.passes.iter().find(|old| old.name == pass.name) {
-                None => changes.push(format!("{}: new, {}", pass.name, &pass.digest[..16])),
+                None => changes.push(format!("{}: new, {}", pass.name, head(pass))),
                 Some(old) if old != pass => {
-                    changes.push(format!("{}: {} to {}", pass.name, &old.digest[..16], &pass.digest[..16]));
+                    changes.push(format!("{}: {} to {}", pass.name, head(old), head(pass)));
                 }
                 Some(_) => {}
             }
@@ -267,6 +286,18 @@ impl Golden {
         changes.extend(gone.map(|old| format!("{}: gone", old.name)));
         changes
     }
+}
+
+/// The error for kept pixels of another shape or type than the manifest beside them says.
+#[cfg(feature = "exr")]
+fn damaged(file: &Path) -> Error {
+    Error::new("does not fit its manifest").file(file).remedy("restore both from version control")
+}
+
+/// The start of a pass's digest, to tell it from others.
+#[cfg(feature = "exr")]
+fn head(pass: &Record) -> &str {
+    pass.digest.get(..16).unwrap_or(&pass.digest)
 }
 
 /// Every pass of a scene, with its digest.

@@ -2,11 +2,21 @@
 
 use super::{Channel, Data, Layer, file};
 use crate::Error;
+use exr::meta::MetaData;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ReadChannels, ReadLayers, Vec2, WritableImage,
+    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, ReadChannels, ReadLayers, Vec2,
+    WritableImage,
 };
-use std::io;
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, Cursor, Read};
 use std::path::Path;
+
+/// The largest file that is read, and the most pixels of all its layers, both in bytes.
+pub const MAX_BYTES: u64 = 4 << 30;
+
+/// How many times smaller than its pixels a file may be: more than lossless compression reaches.
+const MAX_RATIO: u64 = 1 << 14;
 
 /// Writes `layers` to `path`, in their order.
 ///
@@ -25,7 +35,12 @@ pub fn write(path: &Path, layers: &[Layer]) -> Result<(), Error> {
         parts,
     );
     image.attributes.pixel_aspect = 1.0;
-    file::write(path, |out| image.write().to_buffered(out).map_err(io::Error::other))
+    file::write(path, |out| {
+        image.write().to_buffered(out).map_err(|error| match error {
+            exr::error::Error::Io(error) => error,
+            error => io::Error::other(error),
+        })
+    })
 }
 
 fn part(layer: &Layer) -> exr::image::Layer<AnyChannels<FlatSamples>> {
@@ -48,8 +63,36 @@ fn part(layer: &Layer) -> exr::image::Layer<AnyChannels<FlatSamples>> {
 /// by name.
 ///
 /// # Errors
-/// A missing file, and one that is no EXR file or is damaged, naming the file.
+/// Those of [`parse`]; and a missing file, and one longer than [`MAX_BYTES`], found before it is held in memory.
 pub fn read(path: &Path) -> Result<Vec<Layer>, Error> {
+    let mut bytes = Vec::new();
+    let length = File::open(path).and_then(|file| match file.metadata()?.len() {
+        // What is not a plain file has no length: read one byte beyond the limit at most.
+        0..=MAX_BYTES => file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map(|length| length as u64),
+        length => Ok(length),
+    });
+    let length = length.map_err(|error| {
+        Error::new(format!("cannot be read: {error}")).file(path).remedy("check the path")
+    })?;
+    if length > MAX_BYTES {
+        return Err(Error::new(format!("is longer than {MAX_BYTES} bytes"))
+            .file(path)
+            .remedy("save its layers in several files"));
+    }
+    parse(&bytes).map_err(|error| error.file(path))
+}
+
+/// The layers of an EXR file that is already in memory; see [`read`].
+///
+/// # Errors
+/// Bytes that are no EXR file or a damaged one, and what is not read: deep data, subsampled channels, B44 and DWA
+/// (they change the pixels), more than [`MAX_BYTES`] of pixels (found in the header, before they are allocated).
+pub fn parse(bytes: &[u8]) -> Result<Vec<Layer>, Error> {
+    let refused = |error: exr::error::Error| {
+        Error::new(format!("cannot be read as EXR: {error}")).remedy("see whether the file is whole")
+    };
+    check(&MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(refused)?, bytes.len() as u64)?;
+    check_chunks(bytes).map_err(refused)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -57,9 +100,59 @@ pub fn read(path: &Path) -> Result<Vec<Layer>, Error> {
         .all_layers()
         .all_attributes()
         .non_parallel()
-        .from_file(path)
-        .map_err(|error| Error::new(format!("cannot be read as EXR: {error}")).file(path))?;
+        .from_buffered(Cursor::new(bytes))
+        .map_err(refused)?;
     Ok(image.layer_data.into_iter().map(layer).collect())
+}
+
+/// Refuses a header by which the reader would allocate more than the file can hold, and what is not read.
+fn check(meta: &MetaData, length: u64) -> Result<(), Error> {
+    let mut total = 0_u64;
+    for header in &meta.headers {
+        if header.deep || header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+            return Err(
+                Error::new("has deep or subsampled pixels").remedy("save it flat, at full resolution")
+            );
+        }
+        // The decoder of B44 does sums that overflow on damaged data.
+        if matches!(
+            header.compression,
+            Compression::B44 | Compression::B44A | Compression::DWAA(_) | Compression::DWAB(_)
+        ) {
+            return Err(Error::new("is compressed in a way that changes pixels")
+                .remedy("save it with ZIP or another lossless compression"));
+        }
+        let sizes = header.channels.list.iter().map(|channel| channel.sample_type.bytes_per_sample() as u64);
+        let Vec2(width, height) = header.layer_size;
+        let pixels = (width as u64).saturating_mul(height as u64);
+        total = total.saturating_add(pixels.saturating_mul(sizes.sum()));
+    }
+    let most = u64::min(MAX_BYTES, length.saturating_mul(MAX_RATIO));
+    if total > most {
+        return Err(Error::new(format!("its header tells of {total} bytes of pixels, in {length} bytes"))
+            .remedy("see whether the file is whole; save large layers in several files"));
+    }
+    Ok(())
+}
+
+/// Refuses a file whose table leads twice to one block of pixels (another is then missing), or to one of another
+/// resolution: the reader takes the first for granted and asserts the second.
+fn check_chunks(bytes: &[u8]) -> exr::error::Result<()> {
+    let damaged = || exr::error::Error::Invalid("table of blocks".into());
+    let reader = exr::block::read(Cursor::new(bytes), false)?;
+    let headers = reader.headers().to_vec();
+    let mut seen = BTreeSet::new();
+    for chunk in reader.filter_chunks(false, |_, tile, _| tile.level_index == Vec2(0, 0))? {
+        let chunk = chunk?;
+        let header = headers.get(chunk.layer_index).ok_or_else(damaged)?;
+        let tile = header.get_block_data_indices(&chunk.compressed_block)?;
+        if tile.level_index != Vec2(0, 0)
+            || !seen.insert((chunk.layer_index, tile.tile_index.0, tile.tile_index.1))
+        {
+            return Err(damaged());
+        }
+    }
+    Ok(())
 }
 
 fn layer(part: exr::image::Layer<AnyChannels<FlatSamples>>) -> Layer {

@@ -16,6 +16,20 @@ pub struct Layer {
     pub channels: Vec<Channel>,
 }
 
+impl Layer {
+    /// Whether another layer has the same size, and channels of the same names and types in the same order: whether
+    /// the two can be compared pixel by pixel.
+    pub fn same_form(&self, other: &Self) -> bool {
+        let form = |layer: &Self| -> Vec<_> {
+            let channels = layer.channels.iter();
+            channels
+                .map(|channel| (channel.name.clone(), channel.data.type_name(), channel.data.len()))
+                .collect()
+        };
+        (self.width, self.height) == (other.width, other.height) && form(self) == form(other)
+    }
+}
+
 /// One channel of a layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {

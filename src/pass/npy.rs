@@ -2,8 +2,12 @@
 
 use super::{Buffer, Data, file};
 use crate::Error;
-use std::io::Write;
+use std::fs::File;
+use std::io::{Read, Write};
 use std::path::Path;
+
+/// The largest file that is read, in bytes.
+pub const MAX_BYTES: u64 = 4 << 30;
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 
@@ -33,18 +37,37 @@ pub fn write(path: &Path, buffer: &Buffer) -> Result<(), Error> {
 /// Reads what [`write`] wrote, or NumPy did in the same two types and C order.
 ///
 /// # Errors
-/// A missing file, and one that is anything else, naming the file.
+/// A missing file, one that is anything else and one longer than [`MAX_BYTES`], naming the file.
 pub fn read(path: &Path) -> Result<Buffer, Error> {
-    let bytes =
-        std::fs::read(path).map_err(|error| Error::new(format!("cannot be read: {error}")).file(path))?;
-    parse(&bytes).map_err(|what| {
-        Error::new(format!("is no .npy file that can be read: {what}"))
+    let mut bytes = Vec::new();
+    let length = File::open(path).and_then(|file| match file.metadata()?.len() {
+        // What is not a plain file has no length: read one byte beyond the limit at most.
+        0..=MAX_BYTES => file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map(|length| length as u64),
+        length => Ok(length),
+    });
+    let length = length.map_err(|error| {
+        Error::new(format!("cannot be read: {error}")).file(path).remedy("check the path")
+    })?;
+    if length > MAX_BYTES {
+        return Err(Error::new(format!("is longer than {MAX_BYTES} bytes"))
             .file(path)
+            .remedy("save it in several files"));
+    }
+    parse(&bytes).map_err(|error| error.file(path))
+}
+
+/// The buffer of an `.npy` file that is already in memory; see [`read`].
+///
+/// # Errors
+/// Bytes that are anything else.
+pub fn parse(bytes: &[u8]) -> Result<Buffer, Error> {
+    parsed(bytes).map_err(|what| {
+        Error::new(format!("is no .npy file that can be read: {what}"))
             .remedy("save it as float32 or uint32 in C order")
     })
 }
 
-fn parse(bytes: &[u8]) -> Result<Buffer, &'static str> {
+fn parsed(bytes: &[u8]) -> Result<Buffer, &'static str> {
     let rest = bytes.strip_prefix(MAGIC).ok_or("its first bytes are not those of version 1.0")?;
     let (length, rest) = rest.split_at_checked(2).ok_or("it ends in its header")?;
     let length = usize::from(u16::from_le_bytes([length[0], length[1]]));

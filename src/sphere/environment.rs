@@ -77,7 +77,7 @@ impl LatLong {
                 .remedy("check the path and the folder of assets")
         })?;
         if bytes.len() as u64 > MAX_FILE {
-            return Err(Error::new(format!("larger than {MAX_FILE} bytes")).file(path).remedy(SMALLER));
+            return Err(Error::new(format!("is longer than {MAX_FILE} bytes")).file(path).remedy(SMALLER));
         }
         Self::from_hdr(&bytes).map_err(|error| error.file(path))
     }
