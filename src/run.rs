@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::numeric::double;
-use crate::pass::{Info, Kept, Recorder, execute};
+use crate::pass::{Axis, Info, Kept, Recorder, closure, execute};
 use crate::scene::{Assets, Origin, Radiance, Scene, Solid, Source};
 use crate::sphere::environment::LatLong;
 use crate::sphere::probes;
@@ -11,6 +11,13 @@ use crate::world::light::Light;
 use crate::world::mesh::Mesh;
 use crate::world::{obj, shapes};
 use glam::{Mat3, Vec3};
+
+/// The most bytes that a request may need, as [`memory`] counts them.
+pub const MAX_MEMORY: u64 = 8 << 30;
+
+/// The least and the greatest radius of a solid's bounding box, in the scene's unit: beyond them squares and products
+/// of lengths leave the range of `f32`.
+pub const RADII: [f32; 2] = [1e-12, 1e15];
 
 /// Every pass of every technique, in flow order.
 pub fn passes() -> impl Iterator<Item = &'static Info> {
@@ -46,7 +53,8 @@ pub fn wanted(request: &str) -> Result<Vec<&'static str>, Error> {
 /// Renders the wanted passes of a scene, and what they need, into a recorder.
 ///
 /// # Errors
-/// A missing or unusable asset, a scene that cannot be rendered, and what the recorder refuses.
+/// More than [`MAX_MEMORY`], before anything is allocated; a missing or unusable asset, a scene that cannot be
+/// rendered, and what the recorder refuses.
 ///
 /// ```
 /// use bitlight::pass::Kept;
@@ -71,8 +79,85 @@ pub fn render(
     wanted: &[&str],
     recorder: &mut dyn Recorder,
 ) -> Result<(), Error> {
-    let frame = frame(scene, assets).map_err(|error| error.file(&scene.file))?;
-    execute(&translucency::PASSES, &frame, wanted, recorder).map_err(|error| error.file(&scene.file))
+    let prepared = check_memory(scene, wanted).and_then(|()| frame(scene, assets));
+    let rendered = prepared.and_then(|frame| execute(&translucency::PASSES, &frame, wanted, recorder));
+    rendered.map_err(|error| scene.place(error))
+}
+
+/// What sets the size of a pass's images, each with the key that does.
+const GROUPS: [(&str, &[&str]); 3] = [
+    ("translucency.cubemap", &["translucency.cubemap", "translucency.transmit"]),
+    ("translucency.shadow", &["translucency.shadow", "translucency.peel", "translucency.blur"]),
+    ("image.width", &[]), // all others
+];
+
+/// The group of a pass in [`GROUPS`], and the bytes of its buffer.
+fn buffer(scene: &Scene, info: &Info) -> (usize, u64) {
+    let group = GROUPS.iter().position(|(_, names)| names.contains(&info.name)).unwrap_or(GROUPS.len() - 1);
+    let [rows, columns] = match group {
+        0 => [scene.translucency.cubemap; 2],
+        1 => [scene.translucency.shadow; 2],
+        _ => [scene.size[1], scene.size[0]],
+    };
+    let casters = scene.lights.iter().filter(|light| !matches!(light, Source::Environment { .. })).count();
+    let length = |axis: &Axis| match axis {
+        Axis::Light => scene.lights.len(),
+        Axis::Caster => casters,
+        Axis::Face => 6,
+        Axis::Row => rows,
+        Axis::Column => columns,
+        Axis::Coefficient => 9,
+        Axis::MatrixRow | Axis::MatrixColumn => 4,
+        Axis::Channel(names) => names.len(),
+    };
+    (group, info.axes.iter().map(|axis| length(axis) as u64).product::<u64>() * 4)
+}
+
+/// The bytes that the passes of a request need at once, by the scene's settings alone: their buffers, the recorder's
+/// copies of the wanted ones, twice the largest while it is made and digested, and the tables of the cubemap. The
+/// solid's own come on top.
+///
+/// # Errors
+/// An unknown pass.
+pub fn memory(scene: &Scene, wanted: &[&str]) -> Result<u64, Error> {
+    Ok(groups(scene, wanted)?.iter().sum())
+}
+
+/// [`memory`] for each of [`GROUPS`].
+fn groups(scene: &Scene, wanted: &[&str]) -> Result<[u64; 3], Error> {
+    let (mut bytes, mut largest) = ([0; 3], (0, 0));
+    for (pass, _) in
+        translucency::PASSES.iter().zip(closure(&translucency::PASSES, wanted)?).filter(|row| row.1)
+    {
+        let (group, buffer) = buffer(scene, &pass.info);
+        bytes[group] += buffer * if wanted.contains(&pass.info.name) { 2 } else { 1 };
+        if buffer > largest.1 {
+            largest = (group, buffer);
+        }
+    }
+    bytes[largest.0] += 2 * largest.1;
+    if bytes[0] > 0 {
+        // A texel's position and normal, and its nine basis functions in `f64`, twice while they are collected.
+        bytes[0] += 6 * (scene.translucency.cubemap as u64).pow(2) * (28 + 144);
+    }
+    Ok(bytes)
+}
+
+fn check_memory(scene: &Scene, wanted: &[&str]) -> Result<(), Error> {
+    let groups = groups(scene, wanted)?;
+    let total: u64 = groups.iter().sum();
+    if total <= MAX_MEMORY {
+        return Ok(());
+    }
+    let greatest = (0..groups.len()).max_by_key(|group| groups[*group]).unwrap_or_default();
+    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+    let lights = if scene.lights.len() > 1 { ", use fewer lights" } else { "" };
+    Err(Error::new(format!("the passes need {:.1} GiB of memory, over {:.0} GiB", gib(total), gib(MAX_MEMORY)))
+        .key(GROUPS[greatest].0)
+        .remedy(format!(
+            "make image.width and image.height, translucency.shadow or translucency.cubemap smaller{lights}, or ask \
+             for fewer passes"
+        )))
 }
 
 /// Loads what a scene names and prepares its frame.
@@ -82,7 +167,8 @@ pub fn render(
 pub fn frame(scene: &Scene, assets: &Assets) -> Result<translucency::Frame, Error> {
     // Before anything is loaded: a missing file shows at once.
     scene.assets().into_iter().try_for_each(|name| assets.find(name).map(drop))?;
-    let lights = scene.lights.iter().map(|source| light(source, assets)).collect::<Result<_, _>>()?;
+    let lights = scene.lights.iter().enumerate();
+    let lights = lights.map(|(index, source)| light(index, source, assets)).collect::<Result<_, _>>()?;
     translucency::Frame::new(
         solid(&scene.solid, assets)?,
         scene.medium,
@@ -104,11 +190,12 @@ pub fn export(
     assets: &Assets,
     recorder: &mut dyn Recorder,
 ) -> Result<translucency::Export, Error> {
-    let frame = frame(scene, assets).map_err(|error| error.file(&scene.file))?;
     let mut kept = Kept::default();
     let all = translucency::PASSES.map(|pass| pass.info.name);
+    let prepared = check_memory(scene, &all).and_then(|()| frame(scene, assets));
+    let frame = prepared.map_err(|error| scene.place(error))?;
     execute(&translucency::PASSES, &frame, &all, &mut vec![&mut kept as &mut dyn Recorder, recorder])
-        .map_err(|error| error.file(&scene.file))?;
+        .map_err(|error| scene.place(error))?;
     Ok(translucency::Export::new(frame, &kept))
 }
 
@@ -125,9 +212,31 @@ fn solid(solid: &Solid, assets: &Assets) -> Result<Mesh, Error> {
     let angle = f64::from(solid.turn) * (std::f64::consts::PI / 180.0);
     let (sine, cosine) = (double::sin(angle) as f32, double::cos(angle) as f32);
     let turn = Mat3::from_cols(Vec3::new(cosine, 0.0, -sine), Vec3::Y, Vec3::new(sine, 0.0, cosine));
-    mesh.apply(scale, turn, -(turn * (bounds.center() * scale)))?;
+    mesh.apply(scale, turn, -(turn * (bounds.center() * scale))).map_err(|error| {
+        Error::new(format!(
+            "a solid {longest} long loses its shape when it is scaled by {scale}: {}",
+            error.what
+        ))
+        .key("solid.size")
+        .remedy("bring its size nearer to 1, with a unit that suits it")
+    })?;
     // Turning moves the box's centre: centre what has become of it.
     let turned = mesh.bounds();
+    let radius = turned.radius();
+    if !(RADII[0]..=RADII[1]).contains(&radius) {
+        let [low, high] = RADII;
+        return Err(Error::new(format!(
+            "the solid has a radius of {radius:e}; {low:e} to {high:e} can be rendered"
+        ))
+        .key("solid.size")
+        .remedy("bring it nearer to 1, with a unit that suits it"));
+    }
+    // Farther out the rounding of a coordinate is over a hundredth of the radius.
+    if solid.center.length() > 1e5 * radius {
+        return Err(Error::new("is over 100,000 times the solid's radius from the origin")
+            .key("solid.center")
+            .remedy("bring it nearer, with the camera and the lights, or make the solid larger"));
+    }
     mesh.apply(1.0, Mat3::IDENTITY, solid.center - turned.center())?;
     Ok(mesh)
 }
@@ -143,7 +252,7 @@ fn shape(name: &str, n: usize, extents: Vec3) -> Result<Mesh, Error> {
     }
 }
 
-fn light(source: &Source, assets: &Assets) -> Result<Light, Error> {
+fn light(index: usize, source: &Source, assets: &Assets) -> Result<Light, Error> {
     Ok(match source {
         Source::Point { position, intensity } => Light::Point { position: *position, intensity: *intensity },
         Source::Directional { direction, irradiance } => {
@@ -161,7 +270,13 @@ fn light(source: &Source, assets: &Assets) -> Result<Light, Error> {
                     coefficients
                 }
             };
-            Light::Environment { coefficients: coefficients.map(|rgb| rgb.map(|value| value * scale)) }
+            let coefficients = coefficients.map(|rgb| rgb.map(|value| value * scale));
+            if !coefficients.as_flattened().iter().all(|value| value.is_finite()) {
+                return Err(Error::new("makes the environment brighter than numbers go")
+                    .key(format!("light[{index}].scale"))
+                    .remedy("scale it down"));
+            }
+            Light::Environment { coefficients }
         }
     })
 }
@@ -169,4 +284,39 @@ fn light(source: &Source, assets: &Assets) -> Result<Light, Error> {
 fn nine(environment: &LatLong) -> [[f32; 3]; 9] {
     let projected = environment.project(3);
     std::array::from_fn(|index| projected[index])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pass::Kept;
+
+    const SCENE: &str = "technique = \"translucency\"\nimage = { width = 7, height = 5 }\n\
+        camera = { position = [0, 0, 4] }\nsolid = { shape = \"cuboid\", resolution = 2 }\n\
+        light = [{ kind = \"point\", position = [0, 3, 3], intensity = [9, 9, 9] }, \
+        { kind = \"environment\", radiance = [1, 1, 1] }]\ntranslucency = { cubemap = 3, shadow = 4 }\n";
+
+    #[test]
+    fn the_memory_of_a_buffer_is_known_before_it_is_made() {
+        let scene = Scene::parse(SCENE, "a.toml".as_ref(), &[]).unwrap();
+        let mut kept = Kept::default();
+        render(&scene, &Assets::default(), &wanted("all").unwrap(), &mut kept).unwrap();
+        assert_eq!(kept.0.len(), passes().count());
+        for (info, _, made) in &kept.0 {
+            assert_eq!(buffer(&scene, info).1, 4 * made.data.len() as u64, "{}", info.name);
+        }
+    }
+
+    #[test]
+    fn a_request_beyond_the_memory_is_refused_by_its_greatest_part() {
+        let refusal = |set: &[&str]| {
+            let set: Vec<_> = set.iter().map(|set| (*set).to_owned()).collect();
+            let scene = Scene::parse(SCENE, "a.toml".as_ref(), &set).unwrap();
+            check_memory(&scene, &wanted("all").unwrap()).map_err(|error| error.key.unwrap_or_default())
+        };
+        assert_eq!(refusal(&[]), Ok(()));
+        assert_eq!(refusal(&["image.width=8192", "image.height=8192"]), Err("image.width".into()));
+        assert_eq!(refusal(&["translucency.shadow=8192"]), Ok(()));
+        assert_eq!(refusal(&["translucency.cubemap=2048"]), Err("translucency.cubemap".into()));
+    }
 }

@@ -3,7 +3,8 @@
 use super::progress::Progress;
 use super::{AssetFolder, print};
 use crate::numeric::parallel;
-use crate::pass::{Axis, Digests, Recorder, file, npy};
+use crate::pass::file::{self, Batch};
+use crate::pass::{Axis, Digests, Recorder, npy};
 use crate::scene::Scene;
 use crate::world::write;
 use crate::{Error, run};
@@ -55,22 +56,14 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(self) -> Result<ExitCode, Error> {
         let scene = Scene::read(&self.scene, &self.set)?;
-        std::fs::create_dir_all(&self.out).map_err(|error| {
-            Error::new(format!("cannot be made: {error}"))
-                .file(&self.out)
-                .remedy("choose another folder with -o")
-        })?;
+        let mut batch = Batch::new(&self.out, &scene.name())?;
         let (mut digests, mut progress) = (Digests::default(), Progress::new(run::passes().count()));
         let export = parallel::with_threads(0, || {
             let mut sinks: Vec<&mut dyn Recorder> = vec![&mut digests, &mut progress];
             run::export(&scene, &self.folder.assets(), &mut sinks)
         })??;
         drop(progress);
-        let mut written = Vec::new();
-        let mut path = |ending: &str| {
-            written.push(self.out.join(format!("{}.{ending}", scene.name())));
-            written[written.len() - 1].clone()
-        };
+        let name = |ending: &str| format!("{}.{ending}", scene.name());
         let mut report = json!({
             "scene": self.scene.to_string_lossy(),
             "made_by": concat!("bitlight ", env!("CARGO_PKG_VERSION")),
@@ -84,12 +77,14 @@ impl Arguments {
         }
         report["settings"] = json!(scene.settings);
         report["passes"] = passes(&digests);
-        file::write(&path("export.json"), |out| writeln!(out, "{report:#}"))?;
-        write::obj(&path("obj"), &export.solid)?;
-        write::glb(&path("glb"), &export.solid, export.metres)?;
-        for (name, array) in &export.arrays {
-            npy::write(&path(&format!("{name}.npy")), array)?;
+        let text = format!("{report:#}\n");
+        batch.write(name("export.json"), |path| file::write(path, |out| out.write_all(text.as_bytes())))?;
+        batch.write(name("obj"), |path| write::obj(path, &export.solid))?;
+        batch.write(name("glb"), |path| write::glb(path, &export.solid, export.metres))?;
+        for (array, buffer) in &export.arrays {
+            batch.write(name(&format!("{array}.npy")), |path| npy::write(path, buffer))?;
         }
+        let written = batch.commit()?;
         for path in &written {
             print(&format!("{}\n", path.display()))?;
         }

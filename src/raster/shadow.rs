@@ -9,6 +9,10 @@ use glam::Vec3;
 /// see the solid at more than 30 times the slant of those at its centre.
 const WIDEST: f32 = 5.671_282;
 
+/// The farthest point light, in radii of the box: beyond it the rounding of a distance in `f32` is over a hundredth
+/// of the radius, and no thickness can be measured.
+const FARTHEST: f32 = 1e5;
+
 /// A light's view of a box, and its measure of distance: radial from a point, along the direction from a plane
 /// otherwise.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,14 +31,22 @@ impl ShadowView {
     /// The view of a point light at `eye` on the box `center ± half_extents`, `size` × `size` texels.
     ///
     /// # Errors
-    /// Where the light is inside the box, or so near that it sees it under more than 160°.
+    /// Where the light is inside the box, so near that it sees it under more than 160°, or farther away than 100,000
+    /// times the box's radius.
     pub fn point(eye: Vec3, center: Vec3, half_extents: Vec3, size: usize) -> Result<Self, Error> {
         let refused = || {
             Error::new("the light is inside the solid's bounding box, or too near to it for a shadow map")
                 .remedy("move the light away from the solid")
         };
-        if (center - eye).length_squared() == 0.0 {
+        let distance = (center - eye).length();
+        if distance == 0.0 {
             return Err(refused());
+        }
+        if distance > FARTHEST * half_extents.length() {
+            return Err(Error::new(format!(
+                "the light is {distance} away, over 100,000 times the solid's radius"
+            ))
+            .remedy("write kind = \"directional\" with the irradiance that arrives, intensity / distance²"));
         }
         let axes = Axes::looking(center - eye, Vec3::Y);
         let (mut near, mut half) = (f32::MAX, [0.0_f32; 2]);

@@ -172,7 +172,7 @@ pub const KEYS: &[Key] = &[
     key(
         "material",
         "eta",
-        Kind::Number(1.0, 4.0),
+        Kind::Number(1.0, 3.5),
         None,
         "1.5",
         "Index of refraction; that of the named material, or 1.3, where absent.",

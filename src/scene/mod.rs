@@ -11,8 +11,10 @@ use crate::world::medium::{JENSEN_2001, Medium};
 use glam::Vec3;
 use keys::{KEYS, Key};
 use serde_json::{Map, Value as Json};
+use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use value::{Entry, Value, path};
+use value::{Entry, Value, brief, path};
 
 /// The largest scene file that is read, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
@@ -24,6 +26,8 @@ pub struct Scene {
     pub file: PathBuf,
     /// Every setting that holds, given or by default, by its key.
     pub settings: Map<String, Json>,
+    /// The line of the file, from 1, of every key that it has.
+    pub lines: BTreeMap<String, usize>,
     /// Width and height of the image, in pixels.
     pub size: [usize; 2],
     /// Radiance where the camera sees nothing.
@@ -172,12 +176,20 @@ impl Scene {
                 .file(file)
                 .remedy("`bitlight init translucency` writes a scene to start from")
         };
-        let length = std::fs::metadata(file).map_err(refused)?.len();
-        if length > MAX_BYTES {
-            return Err(Error::new(format!("has {length} bytes; a scene has at most {MAX_BYTES}")).file(file));
+        let mut bytes = Vec::new();
+        // What is no plain file has no length: it is read to one byte beyond the limit at most.
+        let read =
+            std::fs::File::open(file).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+        if read.map_err(refused)? as u64 > MAX_BYTES {
+            return Err(Error::new(format!("is longer than {MAX_BYTES} bytes, the most of a scene"))
+                .file(file)
+                .remedy("check that it is a scene, and leave out what it does not need"));
         }
-        let text = std::fs::read_to_string(file).map_err(refused)?;
-        Self::parse(&text, file, set)
+        let text = std::str::from_utf8(&bytes).map_err(|error| {
+            let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
+            Error::new("is not UTF-8 text").file(file).line(line).remedy("save the scene as UTF-8")
+        })?;
+        Self::parse(text, file, set)
     }
 
     /// Checks the text of a scene; `file` is only named in errors.
@@ -199,6 +211,15 @@ impl Scene {
             _ => None,
         });
         solid.into_iter().chain(environments).collect()
+    }
+
+    /// Puts an error that names no file at the scene's file, and at the line of its key.
+    pub fn place(&self, error: Error) -> Error {
+        let line = error.key.as_ref().and_then(|key| self.lines.get(key)).copied();
+        match line.filter(|_| error.file.is_none()) {
+            Some(line) => error.file(&self.file).line(line),
+            None => error.file(&self.file),
+        }
     }
 
     /// The file's name without folder and ending: the NAME of what is written.
@@ -238,7 +259,7 @@ impl Reader {
     /// Whether an entry's key exists and takes its value.
     fn check(&self, entry: &Entry) -> Result<(), Error> {
         let error = |what: String| {
-            let error = Error::new(what).key(entry.path());
+            let error = Error::new(what).key(brief(&entry.path()));
             if let Some(line) = entry.line { error.line(line) } else { error }
         };
         let table = entry.table.split('[').next().unwrap_or_default();
@@ -253,7 +274,7 @@ impl Reader {
                 _ => "the tables are [image], [camera], [solid], [material], [[light]] and the technique's"
                     .to_owned(),
             };
-            return Err(error(format!("there is no table {}", entry.table)).remedy(remedy));
+            return Err(error(format!("there is no table {}", brief(&entry.table))).remedy(remedy));
         }
         let kind = self.entries.iter().find(|other| other.table == entry.table && other.name == "kind");
         let kind = match kind.map(|kind| &kind.value) {
@@ -272,8 +293,7 @@ impl Reader {
         if key.kind.accepts(&entry.value) {
             Ok(())
         } else {
-            Err(error(format!("is {}, and takes {}", entry.value.to_json(), key.kind.describe()))
-                .remedy(key.about))
+            Err(error(format!("is {}, and takes {}", entry.value, key.kind.describe())).remedy(key.about))
         }
     }
 
@@ -373,6 +393,7 @@ impl Reader {
         Ok(Scene {
             file: file.into(),
             settings: self.settings(),
+            lines: self.entries.iter().filter_map(|entry| Some((entry.path(), entry.line?))).collect(),
             size: [self.whole("image", "width"), self.whole("image", "height")],
             background: self.vector("image", "background")?,
             exposure: self.real("image", "exposure"),
@@ -413,9 +434,14 @@ impl Reader {
             up: self.vector("camera", "up")?,
             fov: self.real("camera", "fov"),
         };
-        if camera.position == camera.target {
+        // A direction whose square underflows has no length either.
+        if (camera.target - camera.position).try_normalize().is_none() {
             let error = self.error("camera", "position", "is the target: the camera looks nowhere");
             return Err(error.remedy("move one of the two"));
+        }
+        if camera.up.try_normalize().is_none() {
+            let error = self.error("camera", "up", "is zero");
+            return Err(error.remedy("give the direction that is upward in the picture, such as [0, 1, 0]"));
         }
         Ok(camera)
     }
@@ -424,10 +450,12 @@ impl Reader {
         let origin = match (self.text("solid", "shape"), self.text("solid", "file")) {
             (Some(name), None) => {
                 let extents = self.vector("solid", "extents")?;
-                if extents.max_element() <= 0.0 {
+                // Thinner, and `f32` no longer tells the depths of two opposite faces apart.
+                let least = extents.max_element() * 1e-5;
+                if extents.min_element() <= 0.0 || extents.min_element() < least {
                     return Err(self
-                        .error("solid", "extents", "are all zero")
-                        .remedy("give at least two sides a length"));
+                        .error("solid", "extents", "have a side of under a hundred-thousandth of the longest")
+                        .remedy("give each side a length; 0.001 of the longest makes a sheet"));
                 }
                 Origin::Shape { name, resolution: self.whole("solid", "resolution"), extents }
             }
@@ -480,7 +508,7 @@ impl Reader {
             },
             Value::Text(kind) if kind == "directional" => {
                 let direction = self.vector(table, "direction")?.try_normalize().ok_or_else(|| {
-                    self.error(table, "direction", "is zero")
+                    self.error(table, "direction", "is zero, or nearly")
                         .remedy("give the direction in which the light travels")
                 })?;
                 Source::Directional { direction, irradiance: self.vector(table, "irradiance")? }
@@ -525,7 +553,7 @@ impl Reader {
 fn assigned(assignment: &str) -> Result<Entry, Error> {
     let Some((key, text)) = assignment.split_once('=') else {
         let remedy = "write for example --set translucency.cubemap=32";
-        return Err(Error::new(format!("--set {assignment}: there is no =")).remedy(remedy));
+        return Err(Error::new(format!("--set {}: there is no =", brief(assignment))).remedy(remedy));
     };
     let (table, name) = key.trim().rsplit_once('.').unwrap_or(("", key.trim()));
     let value = Value::parse(text.trim()).unwrap_or_else(|_| Value::Text(text.trim().into()));
@@ -573,7 +601,7 @@ mod tests {
         let wrong = SMALL.replace("[0, 0, 4]", "[0, nan, 4]");
         assert!(
             refusal(&wrong, &[])
-                .starts_with("a.toml:3: camera.position: is [0,null,4], and takes three numbers")
+                .starts_with("a.toml:3: camera.position: is [0, NaN, 4], and takes three numbers")
         );
         let wrong = SMALL.replace("[solid]", "[sold]");
         assert!(refusal(&wrong, &[]).contains("did you mean [solid]?"));

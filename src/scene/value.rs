@@ -2,7 +2,11 @@
 
 use crate::Error;
 use serde_json::{Value as Json, json};
+use std::fmt;
 use toml::de::{DeTable, DeValue};
+
+/// The most lights of a scene.
+pub(super) const MAX_LIGHTS: usize = 1000;
 
 /// A value of a scene file.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,11 +79,37 @@ impl Value {
     }
 }
 
+/// As a person would write it; long texts are cut.
+impl fmt::Display for Value {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => write!(out, "{:?}", brief(text)),
+            Self::Number(x) => write!(out, "{x}"),
+            Self::Flag(flag) => write!(out, "{flag}"),
+            Self::Numbers(all) => {
+                let shown: Vec<_> = all.iter().take(8).map(f64::to_string).collect();
+                write!(out, "[{}{}]", shown.join(", "), if all.len() > 8 { ", ..." } else { "" })
+            }
+        }
+    }
+}
+
+/// A text as far as a message should quote it.
+pub(super) fn brief(text: &str) -> String {
+    match text.char_indices().nth(60) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.into(),
+    }
+}
+
 fn number(value: &DeValue<'_>) -> Option<f64> {
     match value {
-        DeValue::Integer(whole) => {
-            i64::from_str_radix(whole.as_str(), whole.radix()).ok().map(|whole| whole as f64)
-        }
+        // A decimal number beyond the integers is still a number, that its key's range can refuse.
+        DeValue::Integer(whole) => match i64::from_str_radix(whole.as_str(), whole.radix()) {
+            Ok(whole) => Some(whole as f64),
+            Err(_) if whole.radix() == 10 => whole.as_str().parse().ok(),
+            Err(_) => None,
+        },
         DeValue::Float(float) => float.as_str().parse().ok(),
         _ => None,
     }
@@ -88,23 +118,48 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
 /// Every value of a scene file, in the file's order of tables.
 ///
 /// # Errors
-/// What is no TOML, and tables or values of a kind that no scene has; each names its line.
+/// What is no TOML, tables or values of a kind that no scene has, and more than [`MAX_LIGHTS`] lights; each names
+/// its line.
 pub(super) fn entries(text: &str) -> Result<Vec<Entry>, Error> {
-    let line = |at: usize| text[..at.min(text.len())].matches('\n').count() + 1;
+    let ends: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+    let line = |at: usize| ends.partition_point(|end| *end < at) + 1;
     let root = DeTable::parse(text).map_err(|error| {
         let error_line = error.span().map_or(1, |span| line(span.start));
-        Error::new(format!("is no TOML: {}", error.message().replace('\n', ", "))).line(error_line)
+        Error::new(format!("is no TOML: {}", error.message().replace('\n', ", ")))
+            .line(error_line)
+            .remedy("`bitlight init translucency` writes a scene to compare with")
     })?;
     let mut entries = Vec::new();
     for (key, value) in root.get_ref() {
         let (name, at) = (key.get_ref().as_ref(), key.span().start);
         match value.get_ref() {
-            DeValue::Table(table) => add(&mut entries, name, table, &line)?,
+            DeValue::Table(table) => {
+                // The brackets that number the lights are no part of a name.
+                if name.contains('[') {
+                    return Err(Error::new("there is no such table")
+                        .line(line(at))
+                        .key(brief(name))
+                        .remedy("write [[light]], once for each light"));
+                }
+                add(&mut entries, name, table, &line)?;
+            }
             DeValue::Array(items)
                 if !items.is_empty() && items.iter().all(|item| item.get_ref().is_table()) =>
             {
                 for (index, item) in items.iter().enumerate() {
+                    if index == MAX_LIGHTS {
+                        return Err(Error::new(format!("there are {} of them", items.len()))
+                            .line(line(item.span().start))
+                            .key(brief(name))
+                            .remedy(format!("keep {MAX_LIGHTS}; many distant lights make an environment")));
+                    }
                     if let DeValue::Table(table) = item.get_ref() {
+                        if table.is_empty() {
+                            return Err(Error::new("has no key")
+                                .line(line(item.span().start))
+                                .key(format!("{}[{index}]", brief(name)))
+                                .remedy("write for example kind = \"point\", or leave it out"));
+                        }
                         add(&mut entries, &format!("{name}[{index}]"), table, &line)?;
                     }
                 }
@@ -129,10 +184,16 @@ fn add(
 
 fn entry(table: &str, name: &str, value: &DeValue<'_>, line: usize) -> Result<Entry, Error> {
     let value = Value::from_toml(value).ok_or_else(|| {
-        Error::new(format!("is {}", value.type_str()))
+        let what = match value {
+            DeValue::Datetime(_) => "is a date or a time",
+            DeValue::Table(_) => "is a table",
+            DeValue::Array(_) => "is a list of other things than numbers",
+            _ => "is a number out of range",
+        };
+        Error::new(what)
             .line(line)
-            .key(path(table, name))
-            .remedy("keys take a text, a number, true or false, or numbers in brackets")
+            .key(brief(&path(table, name)))
+            .remedy("keys take a text in quotes, a number, true or false, or numbers in brackets")
     })?;
     Ok(Entry { table: table.into(), name: name.into(), value, line: Some(line) })
 }

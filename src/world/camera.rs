@@ -1,7 +1,7 @@
 //! The camera.
 
 use super::mesh::Bounds;
-use crate::numeric::{double, order::max};
+use crate::numeric::double;
 use glam::Vec3;
 
 /// A pinhole camera.
@@ -31,6 +31,6 @@ impl Camera {
         let forward = (self.target - self.position).normalize();
         // The support of the box against the viewing direction.
         let nearest = (center - self.position).dot(forward) - half.dot(forward.abs());
-        max(nearest * 0.99, half.length() * 1e-3)
+        if nearest > 0.0 { nearest * 0.99 } else { half.length() * 1e-3 }
     }
 }
