@@ -53,6 +53,11 @@ pub fn files(a: &Path, b: &Path, tolerance: f64, pictures: Option<&Path>) -> Res
         rows.iter_mut().for_each(|row| row.file = name.into());
         Ok(rows)
     };
+    for path in [a, b] {
+        std::fs::metadata(path).map_err(|error| {
+            Error::new(format!("cannot be read: {error}")).file(path).remedy("check the path")
+        })?;
+    }
     match (a.is_dir(), b.is_dir()) {
         (false, false) => return pair(a, b, ""),
         (true, true) => {}

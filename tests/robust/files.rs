@@ -231,6 +231,32 @@ fn an_asset_must_be_a_plain_file() {
     assert!(place.render(&[]).status.success());
 }
 
+#[test]
+fn dumps_that_are_none_are_refused_not_different() {
+    let place = Place::new(SCENE);
+    assert!(place.render(&["--passes", "all"]).status.success());
+    let good = place.path("out/a.exr");
+    let array = place.path("out/a.translucency.matrices.npy");
+    let (image, numbers) = (std::fs::read(&good).unwrap(), std::fs::read(&array).unwrap());
+    let cut = place.write("cut.exr", &image[..image.len() / 2]);
+    assert_refused(
+        &bitlight(&["diff", &good, &cut]),
+        &["cut.exr", "see whether the file is whole"],
+        "half an EXR",
+    );
+    let cut = place.write("cut.npy", &numbers[..numbers.len() - 1]);
+    assert_refused(&bitlight(&["diff", &array, &cut]), &["cut.npy", "more or fewer values"], "a cut array");
+    let out = place.path("out");
+    assert_refused(
+        &bitlight(&["diff", &out, &good]),
+        &["out", "two files or two folders"],
+        "a folder and a file",
+    );
+    assert_refused(&bitlight(&["diff", &out, &place.path("nowhere")]), &["nowhere"], "nothing");
+    assert_refused(&bitlight(&["diff", &good, &good, "--tolerance", "nan"]), &["--tolerance"], "no distance");
+    assert_refused(&bitlight(&["diff", &good, &place.path("a.toml")]), &["a.toml"], "a scene");
+}
+
 /// The texts that people redirect: a full disk behind standard output is an error, a closed pipe is none.
 #[test]
 fn standard_output_that_refuses_is_told() {

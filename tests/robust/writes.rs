@@ -89,20 +89,32 @@ fn a_write_that_fails_half_way_leaves_the_old_files_whole() {
     let out = place.0.path().join("out");
     // The limit counts blocks of 512 bytes or of 1024; the first file that is longer is the EXR or the sheet.
     for blocks in [0, 1, 8, 64] {
-        let mut shell = Command::new("sh");
-        shell.args(["-c", &format!("trap '' XFSZ; ulimit -f {blocks} && exec \"$0\" \"$@\"")]);
-        shell.args([
-            env!("CARGO_BIN_EXE_bitlight"),
-            "render",
-            &place.path("a.toml"),
-            "-o",
-            &place.path("out"),
-        ]);
-        shell.args(["--passes", "all", "--set", "image.width=200", "--set", "image.height=200"]);
-        let output =
-            shell.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).output().unwrap();
+        let large = ["--passes", "all", "--set", "image.width=200", "--set", "image.height=200"];
+        let output = limited(blocks, &place, "render", &large);
         assert_unchanged(&output, &["cannot be written", "make room"], &out, &old);
     }
+}
+
+#[test]
+fn an_export_that_fails_half_way_leaves_the_old_files_whole() {
+    let place = Place::new(SCENE);
+    let export = super::bitlight(&["export", &place.path("a.toml"), "-o", &place.path("out")]);
+    assert!(export.status.success(), "{}", stderr(&export));
+    let out = place.0.path().join("out");
+    let old = contents(&out);
+    assert_eq!(old.len(), 11);
+    for blocks in [0, 8, 40] {
+        let output = limited(blocks, &place, "export", &["--set", "solid.resolution=40"]);
+        assert_unchanged(&output, &["cannot be written", "make room"], &out, &old);
+    }
+}
+
+/// Runs a command under which no file may grow beyond so many blocks.
+fn limited(blocks: usize, place: &Place, action: &str, more: &[&str]) -> Output {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &format!("trap '' XFSZ; ulimit -f {blocks} && exec \"$0\" \"$@\"")]);
+    shell.args([env!("CARGO_BIN_EXE_bitlight"), action, &place.path("a.toml"), "-o", &place.path("out")]);
+    shell.args(more).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).output().unwrap()
 }
 
 /// A real full disk: a small file system in memory, where this process may mount one.
