@@ -595,6 +595,25 @@ mod tests {
     }
 
     #[test]
+    fn the_readings_and_switches_of_translucency_are_read() {
+        use translucency::{Evaluation, Reading};
+        let ours = parse(SMALL, &[]).unwrap().translucency;
+        assert_eq!(
+            (ours.reading, ours.evaluation, ours.smallest_d),
+            (Reading::Corrected, Evaluation::Pixel, None)
+        );
+        assert!(ours.second_layer && ours.shift_cure && ours.blindness_cure);
+        let of = |set: &str| parse(SMALL, &[&format!("translucency.{set}")]).unwrap().translucency;
+        assert_eq!(of("reading=paper").reading, Reading::Paper);
+        assert_eq!(of("evaluation=vertex").evaluation, Evaluation::Vertex);
+        assert_eq!(of("smallest_d=0.25").smallest_d, Some(0.25));
+        assert!(!of("second_layer=false").second_layer && of("second_layer=true").second_layer);
+        assert!(!of("shift_cure=false").shift_cure && !of("blindness_cure=false").blindness_cure);
+        assert!(refusal(SMALL, &["translucency.shift_cure=1"]).contains("is 1, and takes true or false"));
+        assert!(refusal(SMALL, &["translucency.reading=printed"]).contains("\"corrected\", \"paper\""));
+    }
+
+    #[test]
     fn refusals_name_file_line_key_and_remedy() {
         let wrong = SMALL.replace("shape", "shpae");
         assert_eq!(refusal(&wrong, &[]), "a.toml:5: solid.shpae: there is no such key; did you mean shape?");
