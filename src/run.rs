@@ -79,9 +79,8 @@ pub fn render(
     wanted: &[&str],
     recorder: &mut dyn Recorder,
 ) -> Result<(), Error> {
-    let prepared = check_memory(scene, wanted).and_then(|()| frame(scene, assets));
-    let rendered = prepared.and_then(|frame| execute(&translucency::PASSES, &frame, wanted, recorder));
-    rendered.map_err(|error| scene.place(error))
+    check_memory(scene, wanted).map_err(|error| scene.place(error))?;
+    Loaded::new(scene, assets)?.render(scene, wanted, recorder)
 }
 
 /// What sets the size of a pass's images, each with the key that does.
@@ -165,20 +164,62 @@ fn check_memory(scene: &Scene, wanted: &[&str]) -> Result<(), Error> {
 /// # Errors
 /// A missing or unusable asset, a light inside the solid.
 pub fn frame(scene: &Scene, assets: &Assets) -> Result<translucency::Frame, Error> {
-    // Before anything is loaded: a missing file shows at once.
-    scene.assets().into_iter().try_for_each(|name| assets.find(name).map(drop))?;
-    let lights = scene.lights.iter().enumerate();
-    let lights = lights.map(|(index, source)| light(index, source, assets)).collect::<Result<_, _>>()?;
-    translucency::Frame::new(
-        solid(&scene.solid, assets)?,
-        scene.medium,
-        scene.gloss,
-        lights,
-        scene.camera,
-        scene.size,
-        scene.background,
-        scene.translucency,
-    )
+    Loaded::new(scene, assets)?.frame(scene)
+}
+
+/// What a scene names, loaded and placed: all frames of a sequence share it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loaded {
+    /// As placed, before it is deformed.
+    solid: Mesh,
+    lights: Vec<Light>,
+}
+
+impl Loaded {
+    /// Loads what a scene names.
+    ///
+    /// # Errors
+    /// A missing or unusable asset.
+    pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, Error> {
+        let load = || {
+            // Before anything is loaded: a missing file shows at once.
+            scene.assets().into_iter().try_for_each(|name| assets.find(name).map(drop))?;
+            let lights = scene.lights.iter().enumerate();
+            let lights =
+                lights.map(|(index, source)| light(index, source, assets)).collect::<Result<_, _>>()?;
+            Ok(Self { solid: solid(&scene.solid, assets)?, lights })
+        };
+        load().map_err(|error: Error| scene.place(error))
+    }
+
+    /// Prepares the frame of the scene that this was loaded for, at that scene's time ([`Scene::at`]).
+    ///
+    /// # Errors
+    /// A light inside the solid, a solid deformed out of range.
+    pub fn frame(&self, scene: &Scene) -> Result<translucency::Frame, Error> {
+        let mut solid = self.solid.clone();
+        scene.wave.apply(&mut solid, scene.time).map_err(|error| error.key("wave.amplitude"))?;
+        translucency::Frame::new(
+            solid,
+            scene.medium,
+            scene.gloss,
+            self.lights.clone(),
+            scene.camera,
+            scene.size,
+            scene.background,
+            scene.translucency,
+        )
+    }
+
+    /// Renders the wanted passes of the scene that this was loaded for, as [`render`] does.
+    ///
+    /// # Errors
+    /// Those of [`Self::frame`], and what the recorder refuses.
+    pub fn render(&self, scene: &Scene, wanted: &[&str], recorder: &mut dyn Recorder) -> Result<(), Error> {
+        let prepared = check_memory(scene, wanted).and_then(|()| self.frame(scene));
+        let rendered = prepared.and_then(|frame| execute(&translucency::PASSES, &frame, wanted, recorder));
+        rendered.map_err(|error| scene.place(error))
+    }
 }
 
 /// Renders every pass of a scene into a recorder, and gathers what reproducing the frame elsewhere takes.
@@ -318,5 +359,44 @@ mod tests {
         assert_eq!(refusal(&["image.width=8192", "image.height=8192"]), Err("image.width".into()));
         assert_eq!(refusal(&["translucency.shadow=8192"]), Ok(()));
         assert_eq!(refusal(&["translucency.cubemap=2048"]), Err("translucency.cubemap".into()));
+    }
+
+    const SEQUENCE: &str = "technique = \"translucency\"\nimage = { width = 16, height = 16 }\n\
+        camera = { position = [0, 0, 6] }\nsolid = { file = \"two.obj\" }\nwave = { amplitude = 0.5 }\n\
+        light = [{ kind = \"point\", position = [0, 9, 0], intensity = [9, 9, 9] }]\n";
+
+    #[test]
+    fn a_sequence_loads_once_and_every_frame_has_its_own_box() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("two.obj");
+        // The origin's corner of a cube; along z a quarter of the wave.
+        std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0.25\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+            .unwrap();
+        let scene = Scene::parse(SEQUENCE, "two.toml".as_ref(), &[]).unwrap();
+        let assets = Assets(Some(folder.path().into()));
+        let loaded = Loaded::new(&scene, &assets).unwrap();
+        let whole = render_final(&scene.at(0.25), &Loaded::new(&scene, &assets).unwrap());
+        std::fs::remove_file(&file).unwrap();
+        assert!(Loaded::new(&scene, &assets).is_err());
+        let still =
+            Scene { wave: crate::world::deform::Wave { amplitude: 0.0, ..scene.wave }, ..scene.clone() };
+        let rest = loaded.frame(&still).unwrap();
+        for time in [0.0, 0.25, 0.5] {
+            let frame = loaded.frame(&scene.at(time)).unwrap();
+            let used = frame.solid.bounds();
+            assert!((used.low.x - rest.bounds.low.x).abs() > 0.1, "the box follows at {time}");
+            assert!(
+                (frame.bounds.low - used.low).length() < 1e-6
+                    && (frame.bounds.high - used.high).length() < 1e-6
+            );
+        }
+        assert_eq!(render_final(&scene.at(0.25), &loaded), whole);
+        assert_eq!(scene.at(0.25).settings["time"], 0.25);
+    }
+
+    fn render_final(scene: &Scene, loaded: &Loaded) -> Vec<f32> {
+        let mut kept = Kept::default();
+        loaded.render(scene, &["translucency.final"], &mut kept).unwrap();
+        kept.get("translucency.final").unwrap().as_f32().to_vec()
     }
 }

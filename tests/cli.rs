@@ -100,6 +100,76 @@ fn the_default_is_the_picture_and_leaves_out_nothing_that_it_needs() {
     assert_eq!(idle, ["translucency.held"], "final needs every pass but the mask");
 }
 
+const WAVE: [&str; 4] = ["--set", "wave.amplitude=3", "--set", "wave.length=20"];
+
+#[test]
+fn a_sequence_is_its_frames_one_by_one() {
+    let (_keep, out) = folder();
+    let output = render(&out, &[&WAVE[..], &["--frames", "0..3", "--passes", "all"]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let mut pictures = Vec::new();
+    for number in 0..3 {
+        let (_keep, single) = folder();
+        let time = format!("time={}", f64::from(number) / 24.0);
+        let one = render(&single, &[&WAVE[..], &["--set", &time, "--passes", "all"]].concat());
+        assert!(one.status.success(), "{}", stderr(&one));
+        let names = |folder: &str| {
+            let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+            entries.map(|name| name.into_string().unwrap()).collect::<std::collections::BTreeSet<_>>()
+        };
+        let frame = format!("knot.{number:04}.");
+        for name in names(&single) {
+            let (theirs, ours) =
+                (Path::new(&single).join(&name), Path::new(&out).join(name.replacen("knot.", &frame, 1)));
+            assert!(stdout(&output).contains(&*ours.to_string_lossy()), "{} is announced", ours.display());
+            if !name.ends_with("json") {
+                assert!(
+                    std::fs::read(theirs).unwrap() == std::fs::read(&ours).unwrap(),
+                    "{}",
+                    ours.display()
+                );
+                continue;
+            }
+            // All but the seconds.
+            let read = |path: &Path| {
+                let mut json: Json = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+                for pass in json["passes"].as_array_mut().unwrap() {
+                    pass.as_object_mut().unwrap().remove("seconds");
+                }
+                json
+            };
+            assert_eq!(read(&theirs), read(&ours));
+        }
+        let all = names(&out).into_iter().filter(|name| name.starts_with(&frame)).count();
+        assert_eq!(all, names(&single).len(), "of frame {number}");
+        pictures.push(std::fs::read(Path::new(&out).join(format!("{frame}exr"))).unwrap());
+    }
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2], "the solid moves");
+}
+
+#[test]
+fn a_sequence_without_a_frame_or_with_a_bad_one_is_refused() {
+    let (_keep, out) = folder();
+    for (frames, part) in [
+        ("0..0", "no frame"),
+        ("3..1", "no frame"),
+        ("3", "two whole numbers"),
+        ("-1..2", "two whole numbers"),
+    ] {
+        let output = render(&out, &[&format!("--frames={frames}")]);
+        assert_eq!(output.status.code(), Some(2), "{frames}");
+        assert!(stderr(&output).contains(part) && stderr(&output).contains("0..3"), "{}", stderr(&output));
+    }
+    assert_eq!(std::fs::read_dir(&out).unwrap().count(), 0);
+    // A crest of the wave meets the light, at x = -24 + 60 sin 2π(-36/144 + t): when it stands there.
+    let wave = ["wave.amplitude=24", "wave.length=144", "light[0].position=[-24,0,0]", "frame_rate=4"];
+    let set: Vec<_> = wave.iter().flat_map(|set| ["--set", set]).collect();
+    let output = render(&out, &[&set[..], &["--frames", "2..5"]].concat());
+    assert_eq!(output.status.code(), Some(2), "{}", stdout(&output));
+    assert!(stderr(&output).contains("light[0].position: frame 3: "), "{}", stderr(&output));
+    assert!(Path::new(&out).join("knot.0002.json").is_file(), "the frame before it stays");
+}
+
 #[test]
 fn bad_input_is_status_2_and_a_message_that_helps() {
     let (_keep, out) = folder();

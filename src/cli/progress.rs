@@ -18,7 +18,7 @@ impl Progress {
     pub(super) fn new(steps: usize) -> Self {
         let bar = ProgressBar::hidden();
         bar.set_length(steps as u64);
-        let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} {elapsed}");
+        let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {prefix}{msg} {elapsed}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         Self { begun: Instant::now(), bar, shown: false }
     }
@@ -30,6 +30,17 @@ impl Progress {
             self.shown = true;
             self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
         }
+    }
+
+    /// A frame of a sequence begins, after `done` steps.
+    pub(super) fn frame(&mut self, number: u32, done: usize) {
+        self.bar.set_prefix(format!("frame {number}: "));
+        self.bar.set_position(done as u64);
+    }
+
+    /// Prints beside the bar.
+    pub(super) fn aside<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.bar.suspend(print)
     }
 
     /// One step is done.
@@ -52,5 +63,22 @@ impl Recorder for Progress {
     fn record(&mut self, _: &Info, _: bool, _: &Buffer) -> Result<(), Error> {
         self.step();
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn progress_runs_over_all_frames() {
+        let mut progress = Progress::new(3 * 10);
+        for number in 0..3 {
+            progress.frame(7 + number, number as usize * 10);
+            assert_eq!(progress.bar.position(), 10 * u64::from(number));
+            assert_eq!(progress.bar.prefix(), format!("frame {}: ", 7 + number));
+            (0..4).for_each(|_| progress.step()); // not all passes are wanted
+        }
+        assert_eq!((progress.bar.position(), progress.bar.length()), (24, Some(30)));
     }
 }

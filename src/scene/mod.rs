@@ -7,6 +7,7 @@ mod value;
 use crate::Error;
 use crate::techniques::translucency;
 use crate::world::camera::Camera;
+use crate::world::deform::Wave;
 use crate::world::medium::{JENSEN_2001, Medium};
 use glam::Vec3;
 use keys::{KEYS, Key};
@@ -28,6 +29,10 @@ pub struct Scene {
     pub settings: Map<String, Json>,
     /// The line of the file, from 1, of every key that it has.
     pub lines: BTreeMap<String, usize>,
+    /// The time that is rendered, in seconds.
+    pub time: f64,
+    /// Frames a second of a sequence.
+    pub frame_rate: f64,
     /// Width and height of the image, in pixels.
     pub size: [usize; 2],
     /// Radiance where the camera sees nothing.
@@ -38,6 +43,8 @@ pub struct Scene {
     pub camera: Camera,
     /// What is looked at.
     pub solid: Solid,
+    /// What deforms it once it is placed.
+    pub wave: Wave,
     /// What it is made of.
     pub medium: Medium,
     /// Exponent of the highlight.
@@ -222,6 +229,14 @@ impl Scene {
         }
     }
 
+    /// The scene at another time, in seconds: what `--set time=…` makes of it.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Self {
+        let mut scene = Self { time, ..self.clone() };
+        scene.settings.insert("time".into(), Value::Number(time).to_json());
+        scene
+    }
+
     /// The file's name without folder and ending: the NAME of what is written.
     pub fn name(&self) -> String {
         self.file.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
@@ -271,7 +286,7 @@ impl Reader {
             let remedy = match (table, near) {
                 ("light", _) => "write [[light]], with two brackets: there can be several".to_owned(),
                 (_, Some(near)) => format!("did you mean [{near}]?"),
-                _ => "the tables are [image], [camera], [solid], [material], [[light]] and the technique's"
+                _ => "the tables are [image], [camera], [solid], [wave], [material], [[light]] and the technique's"
                     .to_owned(),
             };
             return Err(error(format!("there is no table {}", brief(&entry.table))).remedy(remedy));
@@ -394,11 +409,14 @@ impl Reader {
             file: file.into(),
             settings: self.settings(),
             lines: self.entries.iter().filter_map(|entry| Some((entry.path(), entry.line?))).collect(),
+            time: self.number("", "time").unwrap_or_default(),
+            frame_rate: self.number("", "frame_rate").unwrap_or_default(),
             size: [self.whole("image", "width"), self.whole("image", "height")],
             background: self.vector("image", "background")?,
             exposure: self.real("image", "exposure"),
             camera: self.camera()?,
             solid: self.solid()?,
+            wave: self.wave(),
             medium,
             gloss,
             lights,
@@ -471,6 +489,12 @@ impl Reader {
         };
         let size = self.number("solid", "size").map(|size| size as f32);
         Ok(Solid { origin, size, turn: self.real("solid", "turn"), center: self.vector("solid", "center")? })
+    }
+
+    fn wave(&self) -> Wave {
+        let [amplitude, length, period] =
+            ["amplitude", "length", "period"].map(|name| self.number("wave", name).unwrap_or_default());
+        Wave { amplitude, length, period }
     }
 
     fn material(&self, millimetres: f32) -> Result<(Medium, f32), Error> {
