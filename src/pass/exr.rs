@@ -8,8 +8,7 @@ use exr::prelude::{
     WritableImage,
 };
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::{self, Cursor, Read};
+use std::io::{self, Cursor};
 use std::path::Path;
 
 /// The largest file that is read, and the most pixels of all its layers, both in bytes.
@@ -65,20 +64,7 @@ fn part(layer: &Layer) -> exr::image::Layer<AnyChannels<FlatSamples>> {
 /// # Errors
 /// Those of [`parse`]; and a missing file, and one longer than [`MAX_BYTES`], found before it is held in memory.
 pub fn read(path: &Path) -> Result<Vec<Layer>, Error> {
-    let mut bytes = Vec::new();
-    let length = File::open(path).and_then(|file| match file.metadata()?.len() {
-        // What is not a plain file has no length: read one byte beyond the limit at most.
-        0..=MAX_BYTES => file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map(|length| length as u64),
-        length => Ok(length),
-    });
-    let length = length.map_err(|error| {
-        Error::new(format!("cannot be read: {error}")).file(path).remedy("check the path")
-    })?;
-    if length > MAX_BYTES {
-        return Err(Error::new(format!("is longer than {MAX_BYTES} bytes"))
-            .file(path)
-            .remedy("save its layers in several files"));
-    }
+    let bytes = file::read(path, MAX_BYTES, "save its layers in several files")?;
     parse(&bytes).map_err(|error| error.file(path))
 }
 

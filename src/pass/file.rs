@@ -1,10 +1,28 @@
-//! Files written whole or not at all, one by one or several together.
+//! Files read up to a length, and written whole or not at all, one by one or several together.
 
 use crate::Error;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The bytes of the file at `path`, at most `most`; `shorter` says what to do about a longer one.
+///
+/// # Errors
+/// A file that cannot be read, and a longer one, found before it is held in memory; both name it.
+pub fn read(path: &Path, most: u64, shorter: &str) -> Result<Vec<u8>, Error> {
+    let mut bytes = Vec::new();
+    let length = File::open(path).and_then(|file| match file.metadata()?.len() {
+        // What is not a plain file has no length: read one byte beyond the limit at most.
+        length if length <= most => file.take(most + 1).read_to_end(&mut bytes).map(|length| length as u64),
+        length => Ok(length),
+    });
+    match length {
+        Ok(length) if length <= most => Ok(bytes),
+        Ok(_) => Err(Error::new(format!("is longer than {most} bytes")).file(path).remedy(shorter)),
+        Err(error) => Err(Error::new(format!("cannot be read: {error}")).file(path).remedy("check the path")),
+    }
+}
 
 /// Writes `path` through `write` into a temporary file beside it, then puts that in its place: a failure
 /// leaves the old file as it was.

@@ -2,8 +2,7 @@
 
 use super::{Buffer, Data, file};
 use crate::Error;
-use std::fs::File;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
 
 /// The largest file that is read, in bytes.
@@ -39,20 +38,7 @@ pub fn write(path: &Path, buffer: &Buffer) -> Result<(), Error> {
 /// # Errors
 /// A missing file, one that is anything else and one longer than [`MAX_BYTES`], naming the file.
 pub fn read(path: &Path) -> Result<Buffer, Error> {
-    let mut bytes = Vec::new();
-    let length = File::open(path).and_then(|file| match file.metadata()?.len() {
-        // What is not a plain file has no length: read one byte beyond the limit at most.
-        0..=MAX_BYTES => file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map(|length| length as u64),
-        length => Ok(length),
-    });
-    let length = length.map_err(|error| {
-        Error::new(format!("cannot be read: {error}")).file(path).remedy("check the path")
-    })?;
-    if length > MAX_BYTES {
-        return Err(Error::new(format!("is longer than {MAX_BYTES} bytes"))
-            .file(path)
-            .remedy("save it in several files"));
-    }
+    let bytes = file::read(path, MAX_BYTES, "save it in several files")?;
     parse(&bytes).map_err(|error| error.file(path))
 }
 

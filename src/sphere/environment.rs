@@ -8,6 +8,7 @@ use super::sh;
 use crate::Error;
 use crate::numeric::double::{cos, sin};
 use crate::numeric::{order, parallel, single, sum};
+use crate::pass::file;
 use glam::Vec3;
 use image::ImageDecoder;
 use image::codecs::hdr::HdrDecoder;
@@ -66,19 +67,7 @@ impl LatLong {
     /// [`MAX_TEXELS`] allows (found before anything is allocated for it).
     pub fn read_hdr(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
-        let read = || -> std::io::Result<Vec<u8>> {
-            let mut bytes = Vec::new();
-            std::fs::File::open(path)?.take(MAX_FILE + 1).read_to_end(&mut bytes)?;
-            Ok(bytes)
-        };
-        let bytes = read().map_err(|error| {
-            Error::new(format!("cannot be read: {error}"))
-                .file(path)
-                .remedy("check the path and the folder of assets")
-        })?;
-        if bytes.len() as u64 > MAX_FILE {
-            return Err(Error::new(format!("is longer than {MAX_FILE} bytes")).file(path).remedy(SMALLER));
-        }
+        let bytes = file::read(path, MAX_FILE, SMALLER)?;
         Self::from_hdr(&bytes).map_err(|error| error.file(path))
     }
 

@@ -12,14 +12,13 @@
 //! normals are computed ([`Mesh::new`]). Source: Wavefront, Advanced Visualizer, appendix B1.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use glam::Vec3;
 
 use super::mesh::{MAX_COORDINATE, MAX_TRIANGLES, Mesh};
 use crate::Error;
+use crate::pass::file;
 
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: u64 = 1 << 30;
@@ -31,21 +30,7 @@ pub const MAX_BYTES: u64 = 1 << 30;
 /// held in memory.
 pub fn read(path: impl AsRef<Path>) -> Result<Mesh, Error> {
     let path = path.as_ref();
-    let mut bytes = Vec::new();
-    let length = File::open(path).and_then(|file| match file.metadata()?.len() {
-        // What is not a plain file has no length: read one byte beyond the limit at most.
-        0..=MAX_BYTES => file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map(|length| length as u64),
-        length => Ok(length),
-    });
-    match length {
-        Ok(0..=MAX_BYTES) => parse(&bytes, path),
-        Ok(_) => Err(Error::new(format!("the mesh is longer than {MAX_BYTES} bytes"))
-            .file(path)
-            .remedy("simplify it or write fewer decimals")),
-        Err(error) => Err(Error::new(format!("cannot read the mesh: {error}"))
-            .file(path)
-            .remedy("check the path and the folder of the assets")),
-    }
+    parse(&file::read(path, MAX_BYTES, "simplify the mesh or write fewer decimals")?, path)
 }
 
 /// The mesh of an OBJ file that is already in memory; `name` is the file that errors name.
@@ -293,7 +278,7 @@ mod tests {
             assert!(error.remedy.is_some(), "{error}");
         }
         let huge = folder.path().join("huge.obj");
-        File::create(&huge).unwrap().set_len(MAX_BYTES + 1).unwrap(); // sparse
+        std::fs::File::create(&huge).unwrap().set_len(MAX_BYTES + 1).unwrap(); // sparse
         assert!(read(&huge).unwrap_err().what.contains("longer than"));
     }
 }
