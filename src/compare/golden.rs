@@ -150,10 +150,11 @@ impl Golden {
         }
         for (expected, found) in self.passes.iter().zip(digests) {
             if expected != found {
-                let Some((info, _, buffer)) = kept.0.iter().find(|(info, ..)| info.name == found.name) else {
-                    continue;
+                let pixels = match kept.0.iter().find(|(info, ..)| info.name == found.name) {
+                    Some((info, _, buffer)) => self.pixels(expected, info, buffer)?,
+                    None => Pixels::None,
                 };
-                return Ok(Verdict::Differs(found.name.clone(), self.pixels(expected, info, buffer)?));
+                return Ok(Verdict::Differs(found.name.clone(), pixels));
             }
         }
         Ok(Verdict::Same(digests.len()))

@@ -33,7 +33,7 @@ pub fn write(path: &Path, buffer: &Buffer) -> Result<(), Error> {
     })
 }
 
-/// Reads what [`write`] wrote, or NumPy did in the same two types and C order.
+/// Reads what [`write()`] wrote, or NumPy did in the same two types and C order.
 ///
 /// # Errors
 /// A missing file, one that is anything else and one longer than [`MAX_BYTES`], naming the file.
