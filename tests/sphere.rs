@@ -20,13 +20,14 @@ fn basis(bands: usize, direction: [f64; 3]) -> Vec<f64> {
 /// The path of an asset, or `None` with a line that says why the test is skipped: past the harness, which would
 /// keep what a passing test prints to itself.
 fn asset(name: &str) -> Option<PathBuf> {
+    let mut screen = std::io::stderr();
     let Some(folder) = std::env::var_os("BITLIGHT_ASSETS") else {
-        writeln!(std::io::stderr(), "skipped: BITLIGHT_ASSETS is not set, so there is no {name}").unwrap();
+        writeln!(screen, "skipped: BITLIGHT_ASSETS is not set, so there is no {name}").unwrap();
         return None;
     };
     let path = PathBuf::from(folder).join(name);
     if !path.is_file() {
-        writeln!(std::io::stderr(), "skipped: there is no {}", path.display()).unwrap();
+        writeln!(screen, "skipped: there is no {}", path.display()).unwrap();
         return None;
     }
     Some(path)
