@@ -6,6 +6,7 @@
 
 mod clip;
 mod fill;
+mod rectangle;
 mod shadow;
 mod surface;
 mod view;

@@ -1,5 +1,6 @@
-//! Views from lights: a shadow map that just holds a box.
+//! Views from lights: a shadow map that just holds a box, or what is in it.
 
+use super::rectangle::tightest;
 use super::{Axes, View};
 use crate::Error;
 use crate::numeric::order::{max, min};
@@ -23,6 +24,13 @@ pub struct ShadowView {
     pub(crate) eye: Option<Vec3>,
     /// The plane from which distance along a direction is measured: n·p + d.
     pub(crate) plane: [f32; 4],
+    /// The light's position, or the middle of that plane.
+    origin: Vec3,
+    /// Right, up and ahead of a map that just holds the box.
+    axes: Axes,
+    /// The middle of the map from where the axis ahead of the origin meets it, measured as half extents are, along
+    /// the map's own sides.
+    pub(crate) middle: [f32; 2],
     /// Half the extent of the map at distance 1 (point) or at any distance (direction).
     pub(crate) half: [f32; 2],
 }
@@ -67,7 +75,7 @@ impl ShadowView {
         // The plane stands just before the nearest corner, so that rounding cannot clip the solid.
         let view = View::perspective(eye, axes, half, near * 0.99, [size, size]);
         let plane = view.clip_from_world[3];
-        Ok(Self { view, eye: Some(eye), plane, half })
+        Ok(Self { view, eye: Some(eye), plane, origin: eye, axes, middle: [0.0; 2], half })
     }
 
     /// The view of a directional light on the box `center ± half_extents`, `size` × `size` texels; `direction`
@@ -85,7 +93,46 @@ impl ShadowView {
         let origin = center - axes.forward * (2.0 * radius);
         let view = View::orthographic(origin, axes, half, [0.5 * radius, 3.5 * radius], [size, size]);
         let plane = [axes.forward.x, axes.forward.y, axes.forward.z, -axes.forward.dot(origin)];
-        Self { view, eye: None, plane, half }
+        Self { view, eye: None, plane, origin, axes, middle: [0.0; 2], half }
+    }
+
+    /// The same view on `points` of the box alone: its map has the tightest rectangle around their projection, turned
+    /// about the view's axis by at most 45° and moved off it. Distances are measured as before.
+    ///
+    /// Of all rectangles the one of least area is taken, which wastes the fewest texels; it can be longer than the
+    /// box's map is wide, and its texels are then longer than wide.
+    #[must_use]
+    pub fn fitted(&self, points: impl Iterator<Item = Vec3>) -> Self {
+        let [right, up, forward] =
+            [self.axes.right, self.axes.up, self.axes.forward].map(|axis| axis.as_dvec3());
+        let (mut near, mut anchor, mut projected) = (f64::MAX, self.origin, Vec::new());
+        for point in points {
+            let to = point.as_dvec3() - self.origin.as_dvec3();
+            let ahead = to.dot(forward);
+            (near, anchor) = (min(near, ahead), point);
+            let by = if self.eye.is_some() { ahead } else { 1.0 };
+            projected.push([to.dot(right) / by, to.dot(up) / by]);
+        }
+        let Some(rectangle) = tightest(projected) else { return self.clone() };
+        let ([cosine, sine], [x, y]) = (rectangle.direction, rectangle.middle);
+        let turned = [right * cosine + up * sine, up * cosine - right * sine];
+        // A solid seen from its edge has a map too.
+        let least = 1e-4 * max(self.half[0], self.half[1]);
+        let (size, half) = (self.view.width, rectangle.half.map(|half| max(half as f32, least)));
+        let half = half.map(|half| margin(half, size));
+        let view = match self.eye {
+            Some(eye) => {
+                let axes = [turned[0], turned[1], forward];
+                View::off_axis(eye, axes, rectangle.middle, half, near as f32 * 0.99, anchor, [size, size])
+            }
+            None => {
+                let middle = self.origin + (turned[0] * x + turned[1] * y).as_vec3();
+                let axes = Axes { right: turned[0].as_vec3(), up: turned[1].as_vec3(), ..self.axes };
+                let range = [self.view.linear(1.0), self.view.linear(0.0)];
+                View::orthographic(middle, axes, half, range, [size, size])
+            }
+        };
+        Self { view, middle: [x as f32, y as f32], half, ..self.clone() }
     }
 
     /// The distance of `point` from the light, in the scene's unit.
@@ -104,7 +151,8 @@ impl ShadowView {
         match self.eye {
             Some(_) => {
                 let [u, v] = self.view.ndc(x, y);
-                linear * Vec3::new(u * self.half[0], v * self.half[1], 1.0).length()
+                let [x, y] = [u * self.half[0] + self.middle[0], v * self.half[1] + self.middle[1]];
+                linear * Vec3::new(x, y, 1.0).length()
             }
             None => linear,
         }
@@ -160,6 +208,54 @@ mod tests {
                 let distance = shadow.distance(corner);
                 assert!((found - distance).abs() < shadow.texel_size(corner), "{found} {distance}");
             }
+        }
+    }
+
+    #[test]
+    fn a_fitted_map_just_holds_the_points_at_their_distances() {
+        let (center, half) = (Vec3::new(40.0, 2.0, -1.0), Vec3::new(1.0, 0.5, 2.0));
+        // A rod from corner to corner of the box, with a bulge.
+        let points: Vec<Vec3> = (0..60)
+            .map(|i| {
+                let along = i as f32 / 59.0 * 2.0 - 1.0;
+                let off = if i % 2 == 0 { 0.1 } else { -0.1 } * (1.0 - along.abs());
+                center + half * along + Vec3::new(off, off, -off) * half
+            })
+            .collect();
+        let direction = Vec3::new(0.7, -1.0, 0.2).normalize();
+        let mut views = vec![ShadowView::directional(direction, center, half, 64)];
+        for away in [4.0, 30.0, 1e3, 1e5] {
+            views.push(ShadowView::point(center - direction * away, center, half, 64).unwrap());
+        }
+        for boxed in views {
+            let fitted = boxed.fitted(points.iter().copied());
+            let (mut low, mut high) = ([f32::MAX; 2], [-f32::MAX; 2]);
+            for point in &points {
+                let at = fitted.texel(*point);
+                for side in 0..2 {
+                    (low[side], high[side]) = (min(low[side], at[side]), max(high[side], at[side]));
+                }
+                let clip = fitted.view.project(*point);
+                assert!(clip[2] <= clip[3] && clip[2] >= 0.0, "{clip:?}");
+                let (found, distance) = (
+                    fitted.texel_distance(at[0] as usize, at[1] as usize, clip[2] / clip[3]),
+                    fitted.distance(*point),
+                );
+                assert_eq!(distance, boxed.distance(*point));
+                let slack = fitted.texel_size(*point) + 4e-7 * distance;
+                assert!((found - distance).abs() < slack, "{found} {distance}");
+            }
+            // A texel's margin all around: 64 · 1 / (1 + 2/64) texels between, from ⁓1 to ⁓63.
+            for side in 0..2 {
+                assert!(
+                    (low[side] - 0.97).abs() < 0.05 && (high[side] - 63.03).abs() < 0.05,
+                    "{low:?} {high:?}"
+                );
+            }
+            let area = |view: &ShadowView| view.half[0] * view.half[1];
+            assert!(area(&fitted) < 0.5 * area(&boxed), "{} {}", area(&fitted), area(&boxed));
+            let again = fitted.fitted(points.iter().copied());
+            assert_eq!(again.view, fitted.view, "fitting changes nothing once it fits");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::GUARD;
 use crate::numeric::order::{clamp, max};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// A view of the world: a projection and an image size.
 ///
@@ -64,6 +64,30 @@ impl View {
             [0.0, 0.0, 0.0, near],
             row(axes.forward, 1.0),
         ];
+        Self { width, height, clip_from_world, range: Range::Perspective { near } }
+    }
+
+    /// A perspective view beside its axis: the image spans `middle ± half`, as tangents to the unit axes right, up and
+    /// forward. The rows take their constants from `anchor`, a point in the image: taken from a distant eye, the
+    /// rounding of a row's direction alone would move the image by many pixels.
+    pub(super) fn off_axis(
+        eye: Vec3,
+        [right, up, forward]: [DVec3; 3],
+        middle: [f64; 2],
+        half: [f32; 2],
+        near: f32,
+        anchor: Vec3,
+        [width, height]: [usize; 2],
+    ) -> Self {
+        let to = anchor.as_dvec3() - eye.as_dvec3();
+        let row = |axis: DVec3, side: usize| {
+            let normal = (axis - forward * middle[side]) / f64::from(half[side]);
+            let rounded = normal.as_vec3();
+            let constant = normal.dot(to) - rounded.as_dvec3().dot(anchor.as_dvec3());
+            [rounded.x, rounded.y, rounded.z, constant as f32]
+        };
+        let clip_from_world =
+            [row(right, 0), row(up, 1), [0.0, 0.0, 0.0, near], plane(forward.as_vec3(), eye)];
         Self { width, height, clip_from_world, range: Range::Perspective { near } }
     }
 

@@ -355,6 +355,14 @@ pub const KEYS: &[Key] = &[
         "",
         "Whether the cubemap's views fill the solid's bounding box (fig. 8), or a cube around it (fig. 7b).",
     ),
+    key(
+        "translucency",
+        "fit",
+        Kind::Choice(&["box", "solid"]),
+        Some("\"box\""),
+        "",
+        "What a shadow map just holds: the solid's bounding box, or the solid itself, which wastes fewer texels.",
+    ),
 ];
 
 /// The procedural solids.

@@ -442,6 +442,10 @@ impl Reader {
             second_layer: self.flag(table, "second_layer"),
             shift_cure: self.flag(table, "shift_cure"),
             blindness_cure: self.flag(table, "blindness_cure"),
+            fit: match self.text(table, "fit").as_deref() {
+                Some("solid") => translucency::Fit::Solid,
+                _ => translucency::Fit::Box,
+            },
         }
     }
 

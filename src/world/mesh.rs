@@ -141,6 +141,13 @@ impl Mesh {
         Ok(Self { positions, normals, triangles })
     }
 
+    /// The positions of the vertices that triangles use, each once, in the mesh's order.
+    pub fn used_positions(&self) -> impl Iterator<Item = Vec3> {
+        let mut used = vec![false; self.positions.len()];
+        self.triangles.iter().flatten().for_each(|&corner| used[corner as usize] = true);
+        self.positions.iter().zip(used).filter_map(|(position, used)| used.then_some(*position))
+    }
+
     /// The box around the vertices that triangles use: unused ones are often strays far away.
     pub fn bounds(&self) -> Bounds {
         let first = self.positions[self.triangles[0][0] as usize];

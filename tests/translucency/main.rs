@@ -11,6 +11,7 @@
 
 mod accumulated;
 mod coverage;
+mod fitted;
 mod medium;
 mod oracle;
 mod physics;

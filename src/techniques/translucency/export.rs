@@ -209,7 +209,9 @@ fn shadow(Caster { light, shadow }: &Caster) -> Json {
         "distance_about": "of a point p: |p - eye| (radial), plane . (p, 1) (plane); in the scene's unit",
         "ahead": shadow.plane,
         "half_extents": shadow.half,
-        "half_extents_about": "of the map, times ahead . (p, 1) where the distance is radial",
+        "middle": shadow.middle,
+        "half_extents_about": "of the map, and the way of its middle from the axis along its sides (not 0 where it is \
+            fitted to the solid); times ahead . (p, 1) where the distance is radial",
         "projection": if shadow.eye.is_some() { "perspective" } else { "orthographic" },
         "near": view.linear(1.0),
         "far": if shadow.eye.is_some() { Json::Null } else { json!(view.linear(0.0)) },

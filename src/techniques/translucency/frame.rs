@@ -10,6 +10,15 @@ use crate::world::medium::Medium;
 use crate::world::mesh::{Bounds, Mesh};
 use glam::Vec3;
 
+/// What a light's shadow map just holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fit {
+    /// The solid's bounding box.
+    Box,
+    /// The solid: the tightest rectangle around its projection.
+    Solid,
+}
+
 /// How an equation is taken where print and correction differ. Each pass's head says what it does under each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading {
@@ -51,6 +60,8 @@ pub struct Settings {
     pub shift_cure: bool,
     /// Whether the six views fill the solid's bounding box (fig. 8, the cure of fig. 7b); else a cube around it.
     pub blindness_cure: bool,
+    /// What a light's shadow map just holds.
+    pub fit: Fit,
 }
 
 /// A light with a shadow map.
@@ -124,6 +135,10 @@ impl Frame {
                     ShadowView::directional(*direction, center, half, settings.shadow)
                 }
                 Light::Environment { .. } => continue,
+            };
+            let shadow = match settings.fit {
+                Fit::Box => shadow,
+                Fit::Solid => shadow.fitted(solid.used_positions()),
             };
             casters.push(Caster { light: index, shadow });
         }
