@@ -363,6 +363,14 @@ pub const KEYS: &[Key] = &[
         "",
         "What a shadow map just holds: the solid's bounding box, or the solid itself, which wastes fewer texels.",
     ),
+    key(
+        "translucency",
+        "show",
+        Kind::Choice(&["all", "direct", "scattered"]),
+        Some("\"all\""),
+        "",
+        "Which light the picture shows: what the surface reflects, what has come through the solid, or both.",
+    ),
 ];
 
 /// The procedural solids.

@@ -442,6 +442,11 @@ impl Reader {
             second_layer: self.flag(table, "second_layer"),
             shift_cure: self.flag(table, "shift_cure"),
             blindness_cure: self.flag(table, "blindness_cure"),
+            show: match self.text(table, "show").as_deref() {
+                Some("direct") => translucency::Show::Direct,
+                Some("scattered") => translucency::Show::Scattered,
+                _ => translucency::Show::All,
+            },
             fit: match self.text(table, "fit").as_deref() {
                 Some("solid") => translucency::Fit::Solid,
                 _ => translucency::Fit::Box,

@@ -376,7 +376,9 @@ mod tests {
     fn bounds_ignore_unused_vertices() {
         let mut positions = corner();
         positions.push(Vec3::splat(100.0));
-        let bounds = Mesh::new(positions, None, tetrahedron()).unwrap().bounds();
+        let mesh = Mesh::new(positions, None, tetrahedron()).unwrap();
+        assert_eq!(mesh.used_positions().collect::<Vec<_>>(), corner());
+        let bounds = mesh.bounds();
         assert_eq!(bounds, Bounds { low: Vec3::ZERO, high: Vec3::ONE });
         assert_eq!(bounds.center(), Vec3::splat(0.5));
         assert_eq!(bounds.half_extents(), Vec3::splat(0.5));

@@ -249,6 +249,28 @@ fn lights_add() {
     }
 }
 
+/// The picture of the direct light and that of the scattered light are the sums of their passes, and add up to the
+/// picture of both.
+#[test]
+fn direct_and_scattered_light_add() {
+    let (name, solid, material) = SOLIDS[1];
+    let text =
+        [&head(solid, material).replace("[0.125, 0.25, 0.5]", "[0, 0, 0]"), PROBE, POINT, BEAM].concat();
+    let [all, direct, scattered] =
+        ["all", "direct", "scattered"].map(|show| render(&text, &[&format!("translucency.show={show}")]).1);
+    let mut worst = Worst::new(format!("shown of {name}"));
+    let length = of(&all, "final").len();
+    for at in 0..length {
+        let sum =
+            |pass: &str| (0..3).map(|light| f64::from(of(&all, pass)[light * length + at])).sum::<f64>();
+        let [whole, one, other] = [&all, &direct, &scattered].map(|kept| f64::from(of(kept, "final")[at]));
+        worst.check(of(&direct, "final")[at], sum("direct"), 4.0 * U * one, at);
+        worst.check(of(&all, "final")[at], one + other, 8.0 * U * whole, at);
+    }
+    worst.done(3000);
+    assert!(of(&scattered, "final").iter().filter(|value| **value > 0.0).count() > 300);
+}
+
 /// Scenes without a casting light and with three: buffers have as many slices as there are casters, and each light's
 /// slices are those that it has alone.
 #[test]

@@ -265,8 +265,8 @@ fn material(medium: &Medium, gloss: f32) -> Json {
 /// directions towards the camera and the light.
 fn formulas() -> Json {
     json!({
-        "reading": "corrected, evaluated at each pixel, with both cures and the second layer; where the settings say \
-            otherwise, the heads of the passes' source files do",
+        "reading": "corrected, evaluated at each pixel, with both cures, the second layer and all light; where the settings \
+            say otherwise, the heads of the passes' source files do",
         "symbols": "p a point, n its unit normal, v and l the unit directions towards the camera and the light; \
             E(l) the irradiance of a surface that faces the light; F(c) = F0 + (1 - F0)(1 - c)^5 with c held to [0, 1], \
             T(c) = 1 - F(c); [n, 1] M [n, 1] a quadratic form; bilinear: of the four texels around where p falls on the \

@@ -1,8 +1,8 @@
 //! `translucency.final`: radiance towards the camera, L = Σ att(dᵢ) Bᵢ over the lights (Eq. 12 with a projection and
 //! a thickness a light: errata T15), plus the direct light; lights are added in the scene's order.
 
-use super::Frame;
 use super::gbuffer::pixel;
+use super::{Frame, Show};
 use crate::numeric::parallel;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
 
@@ -39,7 +39,11 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
             for light in 0..frame.lights.len() {
                 for (channel, out) in out.iter_mut().enumerate() {
                     let at = (light * pixels + index) * 3 + channel;
-                    *out += direct[at] + attenuation[at] * radiosity[at];
+                    *out += match frame.settings.show {
+                        Show::All => direct[at] + attenuation[at] * radiosity[at],
+                        Show::Direct => direct[at],
+                        Show::Scattered => attenuation[at] * radiosity[at],
+                    };
                 }
             }
         }

@@ -19,6 +19,17 @@ pub enum Fit {
     Solid,
 }
 
+/// Which light the picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Show {
+    /// Both.
+    All,
+    /// What the surface reflects, as in fig. 10a and 11a.
+    Direct,
+    /// What has come through the solid.
+    Scattered,
+}
+
 /// How an equation is taken where print and correction differ. Each pass's head says what it does under each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading {
@@ -62,6 +73,8 @@ pub struct Settings {
     pub blindness_cure: bool,
     /// What a light's shadow map just holds.
     pub fit: Fit,
+    /// Which light the picture shows.
+    pub show: Show,
 }
 
 /// A light with a shadow map.

@@ -36,7 +36,7 @@ mod transmit;
 mod visibility;
 
 pub use export::Export;
-pub use frame::{Caster, Evaluation, Fit, Frame, Reading, Settings};
+pub use frame::{Caster, Evaluation, Fit, Frame, Reading, Settings, Show};
 
 use crate::pass::Pass;
 
