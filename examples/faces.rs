@@ -9,7 +9,7 @@
 
 use bitlight::Error;
 use bitlight::pass::Kept;
-use bitlight::run::Loaded;
+use bitlight::run;
 use bitlight::scene::{Assets, Scene};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -53,11 +53,7 @@ fn coefficients(model: &str, size: usize) -> Result<[f64; 9], Error> {
     let file = PathBuf::from(format!("scenes/assets/translucency/{model}.toml"));
     let scene = Scene::read(&file, &[format!("translucency.cubemap={size}")])?;
     let mut kept = Kept::default();
-    Loaded::new(&scene, &Assets::from_environment())?.render(
-        &scene,
-        &["translucency.projection"],
-        &mut kept,
-    )?;
+    run::render(&scene, &Assets::from_environment(), &["translucency.projection"], &mut kept)?;
     let buffer = kept.get("translucency.projection").map(|buffer| buffer.as_f32()).unwrap_or_default();
     Ok(std::array::from_fn(|i| f64::from(buffer[i * 3 + 1])))
 }

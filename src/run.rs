@@ -4,7 +4,7 @@ use crate::Error;
 use crate::numeric::double;
 use crate::pass::{Axis, Info, Kept, Recorder, closure, execute};
 use crate::scene::{Assets, Origin, Radiance, Scene, Solid, Source};
-use crate::sphere::environment::LatLong;
+use crate::sphere::environment::{LatLong, constant};
 use crate::sphere::probes;
 use crate::techniques::translucency;
 use crate::world::light::Light;
@@ -79,8 +79,7 @@ pub fn render(
     wanted: &[&str],
     recorder: &mut dyn Recorder,
 ) -> Result<(), Error> {
-    check_memory(scene, wanted).map_err(|error| scene.place(error))?;
-    Loaded::new(scene, assets)?.render(scene, wanted, recorder)
+    Loaded::new(scene, assets, wanted)?.render(scene, wanted, recorder)
 }
 
 /// What sets the size of a pass's images, each with the key that does.
@@ -164,7 +163,7 @@ fn check_memory(scene: &Scene, wanted: &[&str]) -> Result<(), Error> {
 /// # Errors
 /// A missing or unusable asset, a light inside the solid.
 pub fn frame(scene: &Scene, assets: &Assets) -> Result<translucency::Frame, Error> {
-    Loaded::new(scene, assets)?.frame(scene)
+    Loaded::new(scene, assets, &[])?.frame(scene)
 }
 
 /// What a scene names, loaded and placed: all frames of a sequence share it.
@@ -176,12 +175,13 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Loads what a scene names.
+    /// Loads what a scene names, for a request of the `wanted` passes.
     ///
     /// # Errors
-    /// A missing or unusable asset.
-    pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, Error> {
+    /// More than [`MAX_MEMORY`], before anything is loaded; a missing or unusable asset.
+    pub fn new(scene: &Scene, assets: &Assets, wanted: &[&str]) -> Result<Self, Error> {
         let load = || {
+            check_memory(scene, wanted)?;
             // Before anything is loaded: a missing file shows at once.
             scene.assets().into_iter().try_for_each(|name| assets.find(name).map(drop))?;
             let lights = scene.lights.iter().enumerate();
@@ -216,8 +216,8 @@ impl Loaded {
     /// # Errors
     /// Those of [`Self::frame`], and what the recorder refuses.
     pub fn render(&self, scene: &Scene, wanted: &[&str], recorder: &mut dyn Recorder) -> Result<(), Error> {
-        let prepared = check_memory(scene, wanted).and_then(|()| self.frame(scene));
-        let rendered = prepared.and_then(|frame| execute(&translucency::PASSES, &frame, wanted, recorder));
+        let rendered =
+            self.frame(scene).and_then(|frame| execute(&translucency::PASSES, &frame, wanted, recorder));
         rendered.map_err(|error| scene.place(error))
     }
 }
@@ -233,8 +233,8 @@ pub fn export(
 ) -> Result<translucency::Export, Error> {
     let mut kept = Kept::default();
     let all = translucency::PASSES.map(|pass| pass.info.name);
-    let prepared = check_memory(scene, &all).and_then(|()| frame(scene, assets));
-    let frame = prepared.map_err(|error| scene.place(error))?;
+    let loaded = Loaded::new(scene, assets, &all)?;
+    let frame = loaded.frame(scene).map_err(|error| scene.place(error))?;
     execute(&translucency::PASSES, &frame, &all, &mut vec![&mut kept as &mut dyn Recorder, recorder])
         .map_err(|error| scene.place(error))?;
     Ok(translucency::Export::new(frame, &kept))
@@ -302,14 +302,8 @@ fn light(index: usize, source: &Source, assets: &Assets) -> Result<Light, Error>
         Source::Environment { radiance, scale } => {
             let coefficients = match radiance {
                 Radiance::Probe(name) => *probes::probe(name)?,
-                Radiance::File(name) => nine(&LatLong::read_hdr(&assets.find(name)?)?),
-                Radiance::Constant(colour) => {
-                    // Y_00 = 1/√(4π), so the coefficient of a constant is √(4π) times it.
-                    let root = (4.0 * std::f64::consts::PI).sqrt() as f32;
-                    let mut coefficients = [[0.0; 3]; 9];
-                    coefficients[0] = (*colour * root).to_array();
-                    coefficients
-                }
+                Radiance::File(name) => nine(&LatLong::read_hdr(&assets.find(name)?)?.project(3)),
+                Radiance::Constant(colour) => nine(&constant(3, *colour)),
             };
             let coefficients = coefficients.map(|rgb| rgb.map(|value| value * scale));
             if !coefficients.as_flattened().iter().all(|value| value.is_finite()) {
@@ -322,9 +316,8 @@ fn light(index: usize, source: &Source, assets: &Assets) -> Result<Light, Error>
     })
 }
 
-fn nine(environment: &LatLong) -> [[f32; 3]; 9] {
-    let projected = environment.project(3);
-    std::array::from_fn(|index| projected[index])
+fn nine(coefficients: &[[f32; 3]]) -> [[f32; 3]; 9] {
+    std::array::from_fn(|index| coefficients[index])
 }
 
 #[cfg(test)]
@@ -374,10 +367,10 @@ mod tests {
             .unwrap();
         let scene = Scene::parse(SEQUENCE, "two.toml".as_ref(), &[]).unwrap();
         let assets = Assets(Some(folder.path().into()));
-        let loaded = Loaded::new(&scene, &assets).unwrap();
-        let whole = render_final(&scene.at(0.25), &Loaded::new(&scene, &assets).unwrap());
+        let loaded = Loaded::new(&scene, &assets, &[]).unwrap();
+        let whole = render_final(&scene.at(0.25), &Loaded::new(&scene, &assets, &[]).unwrap());
         std::fs::remove_file(&file).unwrap();
-        assert!(Loaded::new(&scene, &assets).is_err());
+        assert!(Loaded::new(&scene, &assets, &[]).is_err());
         let still =
             Scene { wave: crate::world::deform::Wave { amplitude: 0.0, ..scene.wave }, ..scene.clone() };
         let rest = loaded.frame(&still).unwrap();

@@ -49,8 +49,9 @@ impl Arguments {
         let steps = run::passes().count();
         let mut progress = Progress::new(steps * self.frames.as_ref().map_or(1, ExactSizeIterator::len));
         progress.say("loading");
-        let loaded =
-            parallel::with_threads(self.threads, || run::Loaded::new(&scene, &self.folder.assets()))??;
+        let loaded = parallel::with_threads(self.threads, || {
+            run::Loaded::new(&scene, &self.folder.assets(), &wanted)
+        })??;
         let mut seconds = 0.0;
         match self.frames.clone() {
             None => seconds += self.frame(&scene.name(), &scene, &loaded, &wanted, &mut progress)?,
