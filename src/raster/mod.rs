@@ -7,13 +7,15 @@
 mod clip;
 mod fill;
 mod rectangle;
+mod screen;
+mod setup;
 mod shadow;
 mod surface;
 mod view;
 
 pub use fill::{NONE, Visibility, visibility};
 pub use shadow::ShadowView;
-pub use surface::surface;
+pub use surface::{Points, surfaces};
 pub use view::{Axes, View};
 
 /// The largest width and height of an image, in pixels: snapped coordinates stay below 2²³, which is exact in `f32`.

@@ -4,6 +4,7 @@ use super::rectangle::tightest;
 use super::{Axes, View};
 use crate::Error;
 use crate::numeric::order::{max, min};
+use crate::numeric::vector::length;
 use glam::Vec3;
 
 /// The largest tangent of half the angle of a point light's shadow map: beyond it (80°) the texels at its rim
@@ -136,12 +137,10 @@ impl ShadowView {
     }
 
     /// The distance of `point` from the light, in the scene's unit.
-    #[inline]
+    #[inline(always)]
     pub fn distance(&self, point: Vec3) -> f32 {
-        match self.eye {
-            Some(eye) => (point - eye).length(),
-            None => self.ahead(point),
-        }
+        let (radial, ahead) = (length(point - self.origin), self.ahead(point));
+        if self.eye.is_some() { radial } else { ahead }
     }
 
     /// The distance from the light of what texel (`x`, `y`) sees at a rasterized `depth` in (0, 1].
@@ -152,25 +151,27 @@ impl ShadowView {
             Some(_) => {
                 let [u, v] = self.view.ndc(x, y);
                 let [x, y] = [u * self.half[0] + self.middle[0], v * self.half[1] + self.middle[1]];
-                linear * Vec3::new(x, y, 1.0).length()
+                linear * length(Vec3::new(x, y, 1.0))
             }
             None => linear,
         }
     }
 
     /// Where `point` falls on the map, in texels: (0, 0) is the upper left corner, (½, ½) the first centre.
-    #[inline]
+    #[inline(always)]
     pub fn texel(&self, point: Vec3) -> [f32; 2] {
         self.view.pixel(self.view.project(point))
     }
 
     /// The larger side of a texel at `point`, in the scene's unit.
-    #[inline]
+    #[inline(always)]
     pub fn texel_size(&self, point: Vec3) -> f32 {
         let half = 2.0 * max(self.half[0], self.half[1]) / self.view.width as f32;
-        if self.eye.is_some() { half * self.ahead(point) } else { half }
+        let ahead = half * self.ahead(point);
+        if self.eye.is_some() { ahead } else { half }
     }
 
+    #[inline(always)]
     fn ahead(&self, point: Vec3) -> f32 {
         self.plane[0] * point.x + self.plane[1] * point.y + self.plane[2] * point.z + self.plane[3]
     }

@@ -112,13 +112,15 @@ impl View {
     }
 
     /// The clip-space coordinates of a point: each row summed from left to right.
-    #[inline]
+    #[inline(always)]
     pub fn project(&self, point: Vec3) -> [f32; 4] {
-        self.clip_from_world.map(|row| row[0] * point.x + row[1] * point.y + row[2] * point.z + row[3])
+        let row = |row: [f32; 4]| row[0] * point.x + row[1] * point.y + row[2] * point.z + row[3];
+        let [x, y, z, w] = self.clip_from_world;
+        [row(x), row(y), row(z), row(w)]
     }
 
     /// The point in pixels (x to the right, y down, the first pixel's centre at ½, ½) of clip coordinates.
-    #[inline]
+    #[inline(always)]
     pub fn pixel(&self, clip: [f32; 4]) -> [f32; 2] {
         [
             (clip[0] / clip[3] * 0.5 + 0.5) * self.width as f32,
@@ -127,7 +129,7 @@ impl View {
     }
 
     /// x/w and y/w of the centre of pixel (`x`, `y`).
-    #[inline]
+    #[inline(always)]
     pub fn ndc(&self, x: usize, y: usize) -> [f32; 2] {
         [(2 * x + 1) as f32 / self.width as f32 - 1.0, 1.0 - (2 * y + 1) as f32 / self.height as f32]
     }
@@ -146,28 +148,24 @@ impl View {
         [2.0 * GUARD / self.width as f32, 2.0 * GUARD / self.height as f32]
     }
 
-    /// Perspective-correct barycentric coordinates of the centre of pixel (`x`, `y`) on a triangle, each in
-    /// [0, 1], their sum 1.
+    /// Perspective-correct barycentric coordinates of a pixel's centre, as [`Self::ndc`] gives it, on a triangle, each
+    /// in [0, 1], their sum 1.
     ///
     /// They are the ratios of 2D cross products in homogeneous coordinates (Olano and Greer 1997), taken
     /// relative to the pixel, so a triangle that crosses the near plane needs no clipping. The centre is inside
     /// the snapped triangle but may be outside the unsnapped one by 1/256 pixel: coordinates are held to ≥ 0.
-    pub fn barycentric(&self, corners: [Vec3; 3], x: usize, y: usize) -> [f32; 3] {
-        let ndc = self.ndc(x, y);
-        let relative = corners.map(|corner| {
+    #[inline(always)]
+    pub fn barycentric(&self, [a, b, c]: [Vec3; 3], ndc: [f32; 2]) -> [f32; 3] {
+        let relative = |corner: Vec3| {
             let clip = self.project(corner);
             [clip[0] - ndc[0] * clip[3], clip[1] - ndc[1] * clip[3]]
-        });
+        };
+        let (a, b, c) = (relative(a), relative(b), relative(c));
         let cross = |a: [f32; 2], b: [f32; 2]| a[0] * b[1] - a[1] * b[0];
-        let mut weights = [
-            cross(relative[1], relative[2]),
-            cross(relative[2], relative[0]),
-            cross(relative[0], relative[1]),
-        ];
-        if weights[0] + weights[1] + weights[2] < 0.0 {
-            weights = weights.map(|weight| -weight);
-        }
-        let weights = weights.map(|weight| max(weight, 0.0));
+        let (a, b, c) = (cross(b, c), cross(c, a), cross(a, b));
+        let clockwise = a + b + c < 0.0;
+        let held = |weight: f32| max(if clockwise { -weight } else { weight }, 0.0);
+        let weights = [held(a), held(b), held(c)];
         let total = weights[0] + weights[1] + weights[2];
         if total > 0.0 {
             let [a, b] = [weights[0] / total, weights[1] / total];
@@ -223,7 +221,7 @@ mod tests {
             let point = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
             let pixel = view.pixel(view.project(point));
             let (x, y) = (pixel[0] as usize, pixel[1] as usize);
-            let found = view.barycentric(corners, x, y);
+            let found = view.barycentric(corners, view.ndc(x, y));
             let again = corners[0] * found[0] + corners[1] * found[1] + corners[2] * found[2];
             let again = view.pixel(view.project(again));
             assert!((again[0] - x as f32 - 0.5).abs() < 1e-3 && (again[1] - y as f32 - 0.5).abs() < 1e-3);

@@ -65,7 +65,7 @@ fn matrix_of(constants: [f64; 5], coefficients: &[[f32; 3]; 9]) -> [[[f32; 4]; 4
 /// The unit is the coefficients' radiance times sr. Nine coefficients may give a little below 0 where
 /// radiance varies strongly. The order of the sum: each row of M times (x, y, z, 1) from left to right, then
 /// the four products of a row's sum with x, y, z and 1 from left to right.
-#[inline]
+#[inline(always)]
 pub fn evaluate(matrix: &[[f32; 4]; 4], direction: Vec3) -> f32 {
     let Vec3 { x, y, z } = direction;
     let row = |m: &[f32; 4]| m[0] * x + m[1] * y + m[2] * z + m[3];

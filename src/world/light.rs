@@ -34,17 +34,18 @@ impl Light {
     }
 
     /// The unit direction from `point` towards a casting light, and the irradiance there of a surface that
-    /// faces it; `None` for an environment, and at the light's own position.
-    #[inline]
-    pub fn arriving(&self, point: Vec3) -> Option<(Vec3, Vec3)> {
+    /// faces it; both zero for an environment, and at the light's own position.
+    #[inline(always)]
+    pub fn arriving(&self, point: Vec3) -> (Vec3, Vec3) {
         match self {
             Self::Point { position, intensity } => {
                 let to = *position - point;
                 let squared = to.length_squared();
-                (squared > 0.0).then(|| (to / squared.sqrt(), *intensity / squared))
+                let (towards, facing) = (to / squared.sqrt(), *intensity / squared);
+                if squared > 0.0 { (towards, facing) } else { (Vec3::ZERO, Vec3::ZERO) }
             }
-            Self::Directional { direction, irradiance } => Some((-*direction, *irradiance)),
-            Self::Environment { .. } => None,
+            Self::Directional { direction, irradiance } => (-*direction, *irradiance),
+            Self::Environment { .. } => (Vec3::ZERO, Vec3::ZERO),
         }
     }
 }

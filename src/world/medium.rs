@@ -72,6 +72,7 @@ impl Dipole {
     ///
     /// It has neither the kernel's albedo and 1/4π nor its virtual source, and d itself where the kernel has the
     /// distance from the source, so it diverges at 0 (errata T3, T11).
+    #[inline(always)]
     pub fn as_printed(&self, d: f32) -> f32 {
         let x = self.extinction * d;
         self.real * ((x + 1.0) * exp(-x) / (d * d * d))
@@ -81,6 +82,7 @@ impl Dipole {
     /// wall that leaves on the other; [`Self::reflectance`] at d = 0. A number without a unit.
     ///
     /// ∫ R_d(√(ρ² + d²)) 2πρ dρ has a closed form, since e^(−σs)/s is the antiderivative of the kernel in s.
+    #[inline(always)]
     pub fn wall(&self, d: f32) -> f32 {
         let d = max(d, 0.0);
         let source = |z: f32| {
@@ -119,7 +121,7 @@ impl Medium {
 
     /// Schlick's Fresnel transmittance (1994) for light that meets the surface at `cosine` to its normal; the
     /// cosine is held to [0, 1].
-    #[inline]
+    #[inline(always)]
     pub fn transmittance(&self, cosine: f32) -> f32 {
         let ratio = (self.eta - 1.0) / (self.eta + 1.0);
         let normal = ratio * ratio;

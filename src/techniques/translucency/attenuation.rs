@@ -30,9 +30,10 @@
 use super::frame::exit;
 use super::gbuffer::shade;
 use super::{Frame, Reading};
+use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
-use glam::Vec3;
+use crate::raster::Points;
 use std::f32::consts::FRAC_1_PI;
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -47,39 +48,71 @@ pub(super) const PASS: Pass<Frame> = Pass {
     run,
 };
 
-/// The thickness at a point of pixel `index`, in the scene's unit and as it was measured, and the share received.
+/// The thickness at points, in the scene's unit and as it was measured, and the share that they receive.
 pub(super) fn measured(
     frame: &Frame,
     thickness: &Buffer,
     light: usize,
-    index: usize,
-    point: Vec3,
-    normal: Vec3,
-) -> (f32, f32) {
+    points: &Points,
+) -> [[f32; BLOCK]; 2] {
+    let mut measured = [[0.0; BLOCK]; 2];
     match frame.caster(light) {
-        Some(caster) => (thickness.slice(caster)[index * 2], thickness.slice(caster)[index * 2 + 1]),
-        None => (exit(&frame.bounds, point, frame.refracted(point, normal)).1, 1.0),
+        Some(caster) => {
+            let (texels, _) = thickness.slice(caster).as_chunks::<2>();
+            for lane in 0..points.count {
+                [measured[0][lane], measured[1][lane]] = texels[points.pixel[lane] as usize];
+            }
+        }
+        None => to_the_box(frame, points, &mut measured),
+    }
+    measured
+}
+
+wide! {
+    /// How far the refracted ray has come from the box; an environment is received everywhere.
+    fn to_the_box(frame: &Frame, points: &Points, measured: &mut [[f32; BLOCK]; 2]) {
+        for lane in 0..BLOCK {
+            let (point, normal) = (points.position(lane), points.normal(lane));
+            measured[0][lane] = exit(&frame.bounds, point, frame.refracted(point, normal)).1;
+            measured[1][lane] = 1.0;
+        }
     }
 }
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
-    let (thickness, smallest) = (inputs.get("translucency.thickness"), frame.smallest_d());
-    shade(
-        frame,
-        inputs.get("translucency.gbuffer"),
-        frame.lights.len(),
-        3,
-        |light, index, point, normal, out| {
-            let (d, receives) = measured(frame, thickness, light, index, point, normal);
-            let leaving = receives * frame.medium.transmittance(normal.dot(frame.towards_camera(point)));
-            for (out, dipole) in out.iter_mut().zip(&frame.medium.dipoles) {
-                *out = FRAC_1_PI
-                    * leaving
-                    * match frame.settings.reading {
-                        Reading::Corrected => FRAC_1_PI * dipole.wall(d),
-                        Reading::Paper => dipole.as_printed(max(d, smallest)),
-                    };
+    let thickness = inputs.get("translucency.thickness");
+    shade(frame, inputs.get("translucency.gbuffer"), frame.lights.len(), |light, points, out| {
+        attenuation(frame, points, &measured(frame, thickness, light, points), out);
+    })
+}
+
+wide! {
+    fn attenuation(
+        frame: &Frame,
+        points: &Points,
+        measured: &[[f32; BLOCK]; 2],
+        out: &mut [[f32; BLOCK]; 3],
+    ) {
+        let mut leaving = [0.0; BLOCK];
+        for lane in 0..BLOCK {
+            let (point, normal) = (points.position(lane), points.normal(lane));
+            let transmittance = frame.medium.transmittance(normal.dot(frame.towards_camera(point)));
+            leaving[lane] = FRAC_1_PI * (measured[1][lane] * transmittance);
+        }
+        for (out, dipole) in out.iter_mut().zip(frame.medium.dipoles) {
+            match frame.settings.reading {
+                Reading::Corrected => {
+                    for lane in 0..BLOCK {
+                        out[lane] = leaving[lane] * (FRAC_1_PI * dipole.wall(measured[0][lane]));
+                    }
+                }
+                Reading::Paper => {
+                    let smallest = frame.smallest_d();
+                    for lane in 0..BLOCK {
+                        out[lane] = leaving[lane] * dipole.as_printed(max(measured[0][lane], smallest));
+                    }
+                }
             }
-        },
-    )
+        }
+    }
 }

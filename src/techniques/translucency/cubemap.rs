@@ -18,7 +18,7 @@
 use super::Frame;
 use crate::numeric::{order::max, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
-use crate::raster::{Axes, NONE, View, surface, visibility};
+use crate::raster::{Axes, View, surfaces, visibility};
 use crate::sphere::irradiance;
 use crate::world::medium::Medium;
 use glam::Vec3;
@@ -62,31 +62,27 @@ pub(super) fn face_view(frame: &Frame, [right, up]: [Vec3; 2]) -> View {
 }
 
 fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
-    let size = frame.settings.cubemap;
-    let faces = parallel::map(6, |face| seen(frame, &face_view(frame, FACES[face])));
-    let texels = 6 * size * size;
-    let mut values = vec![0.0; frame.lights.len() * texels * 4];
-    parallel::for_each_chunk(&mut values, 4 * super::RUN, |chunk, out| {
-        for (offset, out) in out.chunks_exact_mut(4).enumerate() {
-            let index = chunk * super::RUN + offset;
-            let (light, texel) = (index / texels, index % texels);
-            if let Some((point, normal)) = faces[texel / (size * size)][texel % (size * size)] {
-                let (irradiance, cosine) = illuminated(frame, light, point, normal);
-                out.copy_from_slice(&[irradiance.x, irradiance.y, irradiance.z, cosine]);
-            }
-        }
+    let (solid, size) = (&frame.solid, frame.settings.cubemap);
+    let faces = parallel::map(6, |face| {
+        let view = face_view(frame, FACES[face]);
+        (visibility(&solid.positions, &solid.triangles, &view, None).triangle, view)
     });
+    let mut values = vec![0.0; frame.lights.len() * 6 * size * size * 4];
+    for (number, image) in values.chunks_exact_mut(size * size * 4).enumerate() {
+        let (light, (seen, view)) = (number / 6, &faces[number % 6]);
+        parallel::for_each_chunk(image, 4 * super::RUN, |chunk, out| {
+            let first = chunk * super::RUN;
+            surfaces(solid, view, &seen[first..][..out.len() / 4], first, |points| {
+                for lane in 0..points.count {
+                    let (irradiance, cosine) =
+                        illuminated(frame, light, points.position(lane), points.normal(lane));
+                    let at = (points.pixel[lane] as usize - first) * 4;
+                    out[at..at + 4].copy_from_slice(&[irradiance.x, irradiance.y, irradiance.z, cosine]);
+                }
+            });
+        });
+    }
     Buffer::f32(&[frame.lights.len(), 6, size, size, 4], values)
-}
-
-/// Position and normal of what each texel of a face sees.
-fn seen(frame: &Frame, view: &View) -> Vec<Option<(Vec3, Vec3)>> {
-    let solid = &frame.solid;
-    let visible = visibility(&solid.positions, &solid.triangles, view, None);
-    let texel = |(index, triangle): (usize, &u32)| {
-        (*triangle != NONE).then(|| surface(solid, view, *triangle, index % view.width, index / view.width))
-    };
-    visible.triangle.iter().enumerate().map(texel).collect()
 }
 
 /// Irradiance on a surface, and the cosine at which it arrives.
@@ -96,11 +92,7 @@ fn illuminated(frame: &Frame, light: usize, point: Vec3, normal: Vec3) -> (Vec3,
         let channel = |matrix| max(irradiance::evaluate(matrix, normal), 0.0);
         return (Vec3::from_array(matrices.each_ref().map(channel)), Medium::diffuse_cosine());
     }
-    match frame.lights[light].arriving(point) {
-        Some((towards, facing)) => {
-            let cosine = max(normal.dot(towards), 0.0);
-            (facing * cosine, cosine)
-        }
-        None => (Vec3::ZERO, 0.0),
-    }
+    let (towards, facing) = frame.lights[light].arriving(point);
+    let cosine = max(normal.dot(towards), 0.0);
+    (facing * cosine, cosine)
 }

@@ -7,11 +7,14 @@
 //! shadow or highlight.
 
 use super::gbuffer::shade;
-use super::lookup::{Footprint, slack};
+use super::lookup::{Footprints, slack};
 use super::{Caster, Frame};
+use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
 use crate::numeric::single::pow;
+use crate::numeric::vector::unit_or_zero;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::raster::Points;
 use crate::sphere::irradiance;
 use crate::world::medium::Medium;
 use glam::Vec3;
@@ -32,49 +35,85 @@ pub(super) const PASS: Pass<Frame> = Pass {
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let shadow = inputs.get("translucency.shadow");
     let albedo = Vec3::from_array(frame.medium.dipoles.each_ref().map(|dipole| dipole.reflectance()));
-    shade(frame, inputs.get("translucency.gbuffer"), frame.lights.len(), 3, |light, _, point, normal, out| {
-        let eye = frame.towards_camera(point);
-        let leaving = albedo * (FRAC_1_PI * frame.medium.transmittance(normal.dot(eye)));
-        let radiance = if let Some(matrices) = &frame.irradiance[light] {
-            let irradiance = matrices.each_ref().map(|matrix| max(irradiance::evaluate(matrix, normal), 0.0));
-            leaving * frame.medium.transmittance(Medium::diffuse_cosine()) * Vec3::from_array(irradiance)
-        } else {
-            let caster = frame.caster(light).map(|number| (&frame.casters[number], shadow.slice(number)));
-            caster
-                .map_or(Vec3::ZERO, |(caster, first)| cast(frame, caster, first, point, normal, eye, leaving))
-        };
-        out.copy_from_slice(&radiance.to_array());
+    shade(frame, inputs.get("translucency.gbuffer"), frame.lights.len(), |light, points, out| {
+        match (&frame.irradiance[light], frame.caster(light)) {
+            (Some(matrices), _) => around(frame, matrices, albedo, points, out),
+            (None, Some(caster)) => {
+                let mut highlights = [0.0; BLOCK];
+                if frame.gloss > 0.0 {
+                    for lane in 0..points.count {
+                        highlights[lane] =
+                            highlight(frame, light, points.position(lane), points.normal(lane));
+                    }
+                }
+                cast(frame, &frame.casters[caster], shadow.slice(caster), albedo, &highlights, points, out);
+            }
+            (None, None) => *out = [[0.0; BLOCK]; 3],
+        }
     })
 }
 
-/// The radiance of a casting light; 0 in its shadow.
-fn cast(
-    frame: &Frame,
-    Caster { light, shadow }: &Caster,
-    first: &[f32],
-    point: Vec3,
-    normal: Vec3,
-    eye: Vec3,
-    leaving: Vec3,
-) -> Vec3 {
-    let Some((towards, facing)) = frame.lights[*light].arriving(point) else { return Vec3::ZERO };
-    let cosine = normal.dot(towards);
-    if cosine <= 0.0 {
-        return Vec3::ZERO;
+/// What of the diffuse light leaves towards the eye: albedo / π times the transmittance.
+#[inline(always)]
+fn leaving(frame: &Frame, albedo: Vec3, point: Vec3, normal: Vec3) -> Vec3 {
+    albedo * (FRAC_1_PI * frame.medium.transmittance(normal.dot(frame.towards_camera(point))))
+}
+
+wide! {
+    /// The radiance of an environment.
+    fn around(
+        frame: &Frame,
+        matrices: &[[[f32; 4]; 4]; 3],
+        albedo: Vec3,
+        points: &Points,
+        out: &mut [[f32; BLOCK]; 3],
+    ) {
+        let entering = frame.medium.transmittance(Medium::diffuse_cosine());
+        for lane in 0..BLOCK {
+            let (point, normal) = (points.position(lane), points.normal(lane));
+            let irradiance = |channel: usize| max(irradiance::evaluate(&matrices[channel], normal), 0.0);
+            let irradiance = Vec3::new(irradiance(0), irradiance(1), irradiance(2));
+            let radiance = leaving(frame, albedo, point, normal) * entering * irradiance;
+            (out[0][lane], out[1][lane], out[2][lane]) = radiance.into();
+        }
     }
-    let limit = shadow.distance(point) - slack(shadow, point, cosine);
-    let lit =
-        Footprint::new(shadow, point).share(|texel| first[texel * 2] == 0.0 || limit <= first[texel * 2]);
-    let diffuse = leaving * frame.medium.transmittance(cosine);
-    (diffuse + Vec3::splat(highlight(frame, normal, towards, eye))) * facing * (cosine * lit)
+}
+
+wide! {
+    /// The radiance of a casting light; 0 in its shadow.
+    fn cast(
+        frame: &Frame,
+        caster: &Caster,
+        first: &[f32],
+        albedo: Vec3,
+        highlights: &[f32; BLOCK],
+        points: &Points,
+        out: &mut [[f32; BLOCK]; 3],
+    ) {
+        let (shadow, light) = (&caster.shadow, &frame.lights[caster.light]);
+        let footprints = Footprints::new(shadow, points);
+        let first = footprints.gather(points.count, |texel| first[texel * 2]);
+        for lane in 0..BLOCK {
+            let (point, normal) = (points.position(lane), points.normal(lane));
+            let (towards, facing) = light.arriving(point);
+            let cosine = normal.dot(towards);
+            let limit = shadow.distance(point) - slack(shadow, point, cosine);
+            let lit = footprints.share(&first, lane, |first| (first == 0.0) | (limit <= first));
+            let diffuse = leaving(frame, albedo, point, normal) * frame.medium.transmittance(cosine);
+            let radiance = (diffuse + Vec3::splat(highlights[lane])) * facing * (cosine * lit);
+            let radiance = if cosine > 0.0 { radiance } else { Vec3::ZERO };
+            (out[0][lane], out[1][lane], out[2][lane]) = radiance.into();
+        }
+    }
 }
 
 /// The normalised Blinn-Phong lobe, (n + 8) / 8π · (n·h)ⁿ, times Schlick's reflectance at the half vector.
-fn highlight(frame: &Frame, normal: Vec3, towards: Vec3, eye: Vec3) -> f32 {
-    if frame.gloss <= 0.0 {
+fn highlight(frame: &Frame, light: usize, point: Vec3, normal: Vec3) -> f32 {
+    let (towards, eye) = (frame.lights[light].arriving(point).0, frame.towards_camera(point));
+    if normal.dot(towards) <= 0.0 {
         return 0.0;
     }
-    let half = (towards + eye).normalize_or_zero();
+    let half = unit_or_zero(towards + eye);
     let reflectance = 1.0 - frame.medium.transmittance(eye.dot(half));
     let lobe = pow(max(normal.dot(half), 0.0), frame.gloss);
     (frame.gloss + 8.0) * (0.125 * FRAC_1_PI) * lobe * reflectance

@@ -1,9 +1,8 @@
 //! `translucency.final`: radiance towards the camera, L = Σ att(dᵢ) Bᵢ over the lights (Eq. 12 with a projection and
 //! a thickness a light: errata T15), plus the direct light; lights are added in the scene's order.
 
-use super::gbuffer::pixel;
 use super::{Frame, Show};
-use crate::numeric::parallel;
+use crate::numeric::{lanes::wide, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -24,29 +23,35 @@ pub(super) const PASS: Pass<Frame> = Pass {
 };
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
-    let gbuffer = inputs.get("translucency.gbuffer");
-    let [radiosity, attenuation, direct] = ["radiosity", "attenuation", "direct"]
+    let [gbuffer, radiosity, attenuation, direct] = ["gbuffer", "radiosity", "attenuation", "direct"]
         .map(|pass| inputs.get(&format!("translucency.{pass}")).as_f32());
     let pixels = frame.view.width * frame.view.height;
     let mut values = vec![0.0; pixels * 3];
     parallel::for_each_chunk(&mut values, 3 * super::RUN, |chunk, out| {
-        for (offset, out) in out.chunks_exact_mut(3).enumerate() {
-            let index = chunk * super::RUN + offset;
-            if pixel(gbuffer, index).is_none() {
+        let first = chunk * super::RUN;
+        for light in 0..frame.lights.len() {
+            let of =
+                |values: &'_ [f32]| (light * pixels + first) * 3..(light * pixels + first) * 3 + values.len();
+            let at = of(out);
+            add(frame.settings.show, &direct[at.clone()], &attenuation[at.clone()], &radiosity[at], out);
+        }
+        let depths = gbuffer[first * 7..].chunks_exact(7).map(|texel| texel[6]);
+        for (out, depth) in out.chunks_exact_mut(3).zip(depths) {
+            if depth <= 0.0 {
                 out.copy_from_slice(&frame.background.to_array());
-                continue;
-            }
-            for light in 0..frame.lights.len() {
-                for (channel, out) in out.iter_mut().enumerate() {
-                    let at = (light * pixels + index) * 3 + channel;
-                    *out += match frame.settings.show {
-                        Show::All => direct[at] + attenuation[at] * radiosity[at],
-                        Show::Direct => direct[at],
-                        Show::Scattered => attenuation[at] * radiosity[at],
-                    };
-                }
             }
         }
     });
     Buffer::f32(&[frame.view.height, frame.view.width, 3], values)
+}
+
+wide! {
+    fn add(show: Show, direct: &[f32], attenuation: &[f32], radiosity: &[f32], out: &mut [f32]) {
+        let scattered = attenuation.iter().zip(radiosity).map(|(attenuation, radiosity)| attenuation * radiosity);
+        match show {
+            Show::All => out.iter_mut().zip(direct.iter().zip(scattered)).for_each(|(out, (a, b))| *out += a + b),
+            Show::Direct => out.iter_mut().zip(direct).for_each(|(out, direct)| *out += direct),
+            Show::Scattered => out.iter_mut().zip(scattered).for_each(|(out, scattered)| *out += scattered),
+        }
+    }
 }

@@ -1,7 +1,8 @@
 //! What the passes of a frame compute from.
 
 use crate::Error;
-use crate::numeric::order::max3;
+use crate::numeric::order::{max3, min};
+use crate::numeric::vector::unit_or_zero;
 use crate::raster::{Axes, ShadowView, View};
 use crate::sphere::irradiance;
 use crate::world::camera::Camera;
@@ -205,15 +206,15 @@ impl Frame {
     }
 
     /// The unit direction from `point` towards the camera.
-    #[inline]
+    #[inline(always)]
     pub(super) fn towards_camera(&self, point: Vec3) -> Vec3 {
-        (self.camera.position - point).normalize_or_zero()
+        unit_or_zero(self.camera.position - point)
     }
 
     /// The refracted direction r of §2: the view ray to `point` bent into the medium about the unit `normal` by
     /// Snell's law; always a unit vector that points inward. Where the interpolated normal is averted from the
     /// camera, only the ray's tangential part counts.
-    #[inline]
+    #[inline(always)]
     pub(super) fn refracted(&self, point: Vec3, normal: Vec3) -> Vec3 {
         let ray = -self.towards_camera(point);
         let sine = (ray - normal * ray.dot(normal)) / self.medium.eta;
@@ -223,20 +224,17 @@ impl Frame {
 }
 
 /// Where a ray from `point`, inside the box, leaves it, and how far that is: the correction of the shift problem (§3).
-#[inline]
+#[inline(always)]
 pub(super) fn exit(bounds: &Bounds, point: Vec3, direction: Vec3) -> (Vec3, f32) {
     let (low, high) = (bounds.low, bounds.high);
-    let mut nearest = f32::MAX;
-    for axis in 0..3 {
-        // A component of 0 never meets its two planes, and must not make 0/0.
-        if direction[axis] != 0.0 {
-            let side = if direction[axis] > 0.0 { high[axis] } else { low[axis] };
-            let t = (side - point[axis]) / direction[axis];
-            if t < nearest {
-                nearest = t;
-            }
-        }
-    }
+    let meets = |low: f32, high: f32, point: f32, direction: f32| {
+        let t = (if direction > 0.0 { high } else { low } - point) / direction;
+        // A component of 0 never meets its two planes.
+        if direction != 0.0 { t } else { f32::MAX }
+    };
+    let nearest = min(f32::MAX, meets(low.x, high.x, point.x, direction.x));
+    let nearest = min(nearest, meets(low.y, high.y, point.y, direction.y));
+    let nearest = min(nearest, meets(low.z, high.z, point.z, direction.z));
     let t = if nearest > 0.0 && nearest < f32::MAX { nearest } else { 0.0 };
     (point + direction * t, t)
 }

@@ -1,10 +1,10 @@
 //! `translucency.gbuffer`: position, normal and depth of what each pixel of the camera sees.
 
 use super::Frame;
-use crate::numeric::parallel;
+use crate::numeric::lanes::BLOCK;
+use crate::numeric::{order::min, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
-use crate::raster::{NONE, surface};
-use glam::Vec3;
+use crate::raster::{Points, surfaces};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -20,48 +20,67 @@ pub(super) const PASS: Pass<Frame> = Pass {
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let seen = inputs.get("translucency.visibility").as_u32();
-    let (view, width) = (&frame.view, frame.view.width);
+    let view = &frame.view;
     let forward = view.clip_from_world[3];
     let mut values = vec![0.0; seen.len() * 7];
     parallel::for_each_chunk(&mut values, 7 * super::RUN, |chunk, out| {
-        for (offset, out) in out.chunks_exact_mut(7).enumerate() {
-            let index = chunk * super::RUN + offset;
-            if seen[index] != NONE {
-                let (p, n) = surface(&frame.solid, view, seen[index], index % width, index / width);
+        let first = chunk * super::RUN;
+        surfaces(&frame.solid, view, &seen[first..][..out.len() / 7], first, |points| {
+            for lane in 0..points.count {
+                let (p, n) = (points.position(lane), points.normal(lane));
                 let depth = forward[0] * p.x + forward[1] * p.y + forward[2] * p.z + forward[3];
-                out.copy_from_slice(&[p.x, p.y, p.z, n.x, n.y, n.z, depth]);
+                let at = (points.pixel[lane] as usize - first) * 7;
+                out[at..at + 7].copy_from_slice(&[p.x, p.y, p.z, n.x, n.y, n.z, depth]);
             }
-        }
+        });
     });
-    Buffer::f32(&[view.height, width, 7], values)
+    Buffer::f32(&[view.height, view.width, 7], values)
 }
 
-/// Position and normal of pixel `index`, if it sees a surface: surfaces lie beyond the near plane, at a positive
-/// depth.
-#[inline]
-pub(super) fn pixel(gbuffer: &Buffer, index: usize) -> Option<(Vec3, Vec3)> {
-    let texel = &gbuffer.as_f32()[index * 7..][..7];
-    (texel[6] > 0.0).then(|| (Vec3::from_slice(&texel[..3]), Vec3::from_slice(&texel[3..6])))
-}
-
-/// An image with `channels` values a pixel for each of `count` lights or casters, 0 where the camera sees nothing:
-/// `shade(number, index, position, normal, out)` fills a pixel that sees a surface.
-pub(super) fn shade(
+/// An image with some channels a pixel for each of `count` lights or casters, 0 where the camera sees nothing:
+/// `shade(number, points, out)` finds the channels of points that pixels see, side by side. Surfaces lie beyond the near
+/// plane, at a positive depth.
+pub(super) fn shade<const CHANNELS: usize>(
     frame: &Frame,
     gbuffer: &Buffer,
     count: usize,
-    channels: usize,
-    shade: impl Fn(usize, usize, Vec3, Vec3, &mut [f32]) + Sync,
+    shade: impl Fn(usize, &Points, &mut [[f32; BLOCK]; CHANNELS]) + Sync,
 ) -> Buffer {
-    let pixels = frame.view.width * frame.view.height;
-    let mut values = vec![0.0; count * pixels * channels];
-    parallel::for_each_chunk(&mut values, channels * super::RUN, |chunk, out| {
-        for (offset, out) in out.chunks_exact_mut(channels).enumerate() {
-            let index = chunk * super::RUN + offset;
-            if let Some((point, normal)) = pixel(gbuffer, index % pixels) {
-                shade(index / pixels, index % pixels, point, normal, out);
+    let (pixels, texels) = (frame.view.width * frame.view.height, gbuffer.as_f32());
+    let mut values = vec![0.0; count * pixels * CHANNELS];
+    for (number, image) in values.chunks_exact_mut(pixels * CHANNELS).enumerate() {
+        parallel::for_each_chunk(image, CHANNELS * super::RUN, |chunk, out| {
+            let first = chunk * super::RUN;
+            let (mut points, mut shaded) = (Points::NONE, [[0.0; BLOCK]; CHANNELS]);
+            let mut flush = |points: &mut Points| {
+                shade(number, points, &mut shaded);
+                for lane in 0..points.count {
+                    let out = &mut out[(points.pixel[lane] as usize - first) * CHANNELS..][..CHANNELS];
+                    for (out, shaded) in out.iter_mut().zip(&shaded) {
+                        *out = shaded[lane];
+                    }
+                }
+                points.count = 0;
+            };
+            let run = &texels[first * 7..min(first + super::RUN, pixels) * 7];
+            for (pixel, texel) in (first as u32..).zip(run.as_chunks::<7>().0) {
+                if texel[6] > 0.0 {
+                    let lane = points.count;
+                    points.pixel[lane] = pixel;
+                    for axis in 0..3 {
+                        points.position[axis][lane] = texel[axis];
+                        points.normal[axis][lane] = texel[3 + axis];
+                    }
+                    points.count += 1;
+                    if points.count == BLOCK {
+                        flush(&mut points);
+                    }
+                }
             }
-        }
-    });
-    Buffer::f32(&[count, frame.view.height, frame.view.width, channels], values)
+            if points.count > 0 {
+                flush(&mut points);
+            }
+        });
+    }
+    Buffer::f32(&[count, frame.view.height, frame.view.width, CHANNELS], values)
 }

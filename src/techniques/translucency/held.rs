@@ -25,8 +25,8 @@ pub(super) const PASS: Pass<Frame> = Pass {
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let (thickness, smallest) = (inputs.get("translucency.thickness"), frame.smallest_d());
     let gbuffer = inputs.get("translucency.gbuffer");
-    shade(frame, gbuffer, frame.lights.len(), 1, |light, index, point, normal, out| {
-        let (d, _) = measured(frame, thickness, light, index, point, normal);
-        out[0] = if d <= smallest { 1.0 } else { 0.0 };
+    shade(frame, gbuffer, frame.lights.len(), |light, points, [held]| {
+        let [d, _] = measured(frame, thickness, light, points);
+        *held = d.map(|d| if d <= smallest { 1.0 } else { 0.0 });
     })
 }

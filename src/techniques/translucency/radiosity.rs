@@ -18,8 +18,11 @@
 use super::frame::exit;
 use super::gbuffer::shade;
 use super::{Evaluation, Frame};
+use crate::numeric::lanes::{BLOCK, wide};
+use crate::numeric::vector::unit_or_zero;
 use crate::numeric::{order::max, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::raster::Points;
 use crate::sphere::irradiance;
 use glam::Vec3;
 
@@ -36,57 +39,82 @@ pub(super) const PASS: Pass<Frame> = Pass {
 };
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
-    let (seen, gbuffer) =
-        (inputs.get("translucency.visibility").as_u32(), inputs.get("translucency.gbuffer"));
-    let (matrices, count) = (inputs.get("translucency.matrices"), frame.lights.len());
+    let seen = inputs.get("translucency.visibility").as_u32();
+    let (gbuffer, matrices) = (inputs.get("translucency.gbuffer"), inputs.get("translucency.matrices"));
+    let count = frame.lights.len();
     match frame.settings.evaluation {
-        Evaluation::Pixel => shade(frame, gbuffer, count, 3, |light, _, point, normal, out| {
-            out.copy_from_slice(&radiosity(frame, matrices.slice(light), point, normal));
+        Evaluation::Pixel => shade(frame, gbuffer, count, |light, points, out| {
+            radiosities(frame, &three(matrices.slice(light)), points, out);
         }),
         Evaluation::Vertex => {
             let vertices = at_vertices(frame, matrices);
             let each = frame.solid.positions.len();
-            shade(frame, gbuffer, count, 3, |light, index, _, _, out| {
-                let corners = frame.solid.triangles[seen[index] as usize].map(|corner| corner as usize);
-                let (x, y) = (index % frame.view.width, index / frame.view.width);
-                let positions = corners.map(|corner| frame.solid.positions[corner]);
-                let weights = frame.view.barycentric(positions, x, y);
-                let of = corners.map(|corner| vertices[light * each + corner]);
-                for (channel, out) in out.iter_mut().enumerate() {
-                    *out = of[0][channel] * weights[0]
-                        + of[1][channel] * weights[1]
-                        + of[2][channel] * weights[2];
+            shade(frame, gbuffer, count, |light, points, out: &mut [_; 3]| {
+                for lane in 0..points.count {
+                    let pixel = points.pixel[lane] as usize;
+                    let corners = frame.solid.triangles[seen[pixel] as usize].map(|corner| corner as usize);
+                    let (x, y) = (pixel % frame.view.width, pixel / frame.view.width);
+                    let positions = corners.map(|corner| frame.solid.positions[corner]);
+                    let weights = frame.view.barycentric(positions, frame.view.ndc(x, y));
+                    let of = corners.map(|corner| vertices[light * each + corner]);
+                    for (channel, out) in out.iter_mut().enumerate() {
+                        out[lane] = of[0][channel] * weights[0]
+                            + of[1][channel] * weights[1]
+                            + of[2][channel] * weights[2];
+                    }
                 }
             })
         }
     }
 }
 
+/// The matrices of red, green and blue.
+fn three(entries: &[f32]) -> [[[f32; 4]; 4]; 3] {
+    [0, 4, 8]
+        .map(|first| [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| entries[(first + row) * 4 + column])))
+}
+
 /// The radiosity at every vertex, a run of all vertices for each light.
 fn at_vertices(frame: &Frame, matrices: &Buffer) -> Vec<[f32; 3]> {
     let each = frame.solid.positions.len();
     let mut values = vec![[0.0; 3]; frame.lights.len() * each];
-    parallel::for_each_chunk(&mut values, super::RUN, |chunk, out| {
-        for (offset, out) in out.iter_mut().enumerate() {
-            let (light, vertex) =
-                ((chunk * super::RUN + offset) / each, (chunk * super::RUN + offset) % each);
-            let (point, normal) = (frame.solid.positions[vertex], frame.solid.normals[vertex]);
-            *out = radiosity(frame, matrices.slice(light), point, normal);
-        }
-    });
+    for (light, values) in values.chunks_exact_mut(each).enumerate() {
+        let matrices = three(matrices.slice(light));
+        parallel::for_each_chunk(values, super::RUN, |chunk, out| {
+            for (vertex, out) in (chunk * super::RUN..).zip(out) {
+                *out =
+                    radiosity(frame, &matrices, frame.solid.positions[vertex], frame.solid.normals[vertex]);
+            }
+        });
+    }
     values
 }
 
+wide! {
+    /// The radiosity at points for the three matrices of one light.
+    fn radiosities(
+        frame: &Frame,
+        matrices: &[[[f32; 4]; 4]; 3],
+        points: &Points,
+        out: &mut [[f32; BLOCK]; 3],
+    ) {
+        for lane in 0..BLOCK {
+            [out[0][lane], out[1][lane], out[2][lane]] =
+                radiosity(frame, matrices, points.position(lane), points.normal(lane));
+        }
+    }
+}
+
 /// Eq. 10 at a point of the surface for the three matrices of one light.
-fn radiosity(frame: &Frame, matrices: &[f32], point: Vec3, normal: Vec3) -> [f32; 3] {
+#[inline(always)]
+fn radiosity(frame: &Frame, matrices: &[[[f32; 4]; 4]; 3], point: Vec3, normal: Vec3) -> [f32; 3] {
     let (center, half) = (frame.viewed.center(), frame.viewed.half_extents());
     let from = if frame.settings.shift_cure { point } else { center };
     let (leaves, _) = exit(&frame.viewed, from, frame.refracted(point, normal));
-    let lookup = ((leaves - center) / half).normalize_or_zero();
-    std::array::from_fn(|channel| {
-        let entries = &matrices[channel * 16..][..16];
-        let matrix = std::array::from_fn(|row| std::array::from_fn(|column| entries[row * 4 + column]));
-        let radiosity = irradiance::evaluate(&matrix, lookup);
+    let lookup = unit_or_zero((leaves - center) / half);
+    let held = |channel: usize| {
+        let radiosity = irradiance::evaluate(&matrices[channel], lookup);
         if frame.paper() { radiosity } else { max(radiosity, 0.0) }
-    })
+    };
+    [held(0), held(1), held(2)]
 }

@@ -12,10 +12,12 @@
 //! shines through as if the solid were full up to it.
 
 use super::gbuffer::shade;
-use super::lookup::{Footprint, slack};
+use super::lookup::{Footprints, slack};
 use super::{Caster, Frame};
+use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::raster::Points;
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -31,21 +33,35 @@ pub(super) const PASS: Pass<Frame> = Pass {
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let (blur, peel) = (inputs.get("translucency.blur"), inputs.get("translucency.peel"));
-    let count = frame.casters.len();
-    shade(frame, inputs.get("translucency.gbuffer"), count, 2, |number, _, point, normal, out| {
-        let (first, second) = (blur.slice(number), peel.slice(number));
-        let Caster { shadow, light } = &frame.casters[number];
-        let footprint = Footprint::new(shadow, point);
-        let distance = shadow.distance(point);
-        let entered = footprint.mean(|texel| first[texel]).unwrap_or(distance);
-        let cosine = frame.lights[*light].arriving(point).map_or(0.0, |(towards, _)| normal.dot(towards));
-        let slack = slack(shadow, point, cosine);
-        // A texel without a second surface hides nothing.
-        let receives = match frame.settings.second_layer {
-            true => footprint.share(|texel| second[texel] == 0.0 || distance <= second[texel] + slack),
-            false => 1.0,
-        };
-        let d = distance - entered;
-        out.copy_from_slice(&[if frame.paper() { d } else { max(d, 0.0) }, receives]);
+    shade(frame, inputs.get("translucency.gbuffer"), frame.casters.len(), |number, points, out| {
+        thickness(frame, &frame.casters[number], blur.slice(number), peel.slice(number), points, out);
     })
+}
+
+wide! {
+    fn thickness(
+        frame: &Frame,
+        caster: &Caster,
+        first: &[f32],
+        second: &[f32],
+        points: &Points,
+        out: &mut [[f32; BLOCK]; 2],
+    ) {
+        let (shadow, light) = (&caster.shadow, &frame.lights[caster.light]);
+        let footprints = Footprints::new(shadow, points);
+        let first = footprints.gather(points.count, |texel| first[texel]);
+        let second = footprints.gather(points.count, |texel| second[texel]);
+        let (everywhere, as_measured) = (!frame.settings.second_layer, frame.paper());
+        for lane in 0..BLOCK {
+            let (point, normal) = (points.position(lane), points.normal(lane));
+            let distance = shadow.distance(point);
+            let d = distance - footprints.mean(&first, lane, distance);
+            let limit = slack(shadow, point, normal.dot(light.arriving(point).0));
+            // A texel without a second surface hides nothing.
+            let receives =
+                footprints.share(&second, lane, |second| (second == 0.0) | (distance <= second + limit));
+            out[0][lane] = if as_measured { d } else { max(d, 0.0) };
+            out[1][lane] = if everywhere { 1.0 } else { receives };
+        }
+    }
 }

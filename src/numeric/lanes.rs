@@ -1,0 +1,33 @@
+//! Plain loops over many values, compiled once for every processor and once for those with wider vectors.
+//!
+//! rustc neither contracts nor reorders floating-point operations, so both have the same bits (contract 4). A loop
+//! over arrays of a constant length, without calls and without an early end, becomes vector instructions.
+
+/// Values that a kernel's loop works on together: several vectors of any processor, and little enough stack.
+pub const BLOCK: usize = 64;
+
+/// Defines a function twice, for every processor and for those with AVX2, and calls the one that fits. What it calls
+/// must be inlined into it, or stays as it is for every processor: hence `#[inline(always)]` on a kernel's parts.
+macro_rules! wide {
+    ($(#[$attribute:meta])* $vis:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
+        $(#[$attribute])*
+        $vis fn $name($($argument: $type),*) $(-> $result)? {
+            #[inline(always)]
+            fn plain($($argument: $type),*) $(-> $result)? $body
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn avx2($($argument: $type),*) $(-> $result)? {
+                    plain($($argument),*)
+                }
+                if std::arch::is_x86_feature_detected!("avx2") {
+                    #[expect(unsafe_code, reason = "the same function, for a processor that was just looked at")]
+                    // SAFETY: the processor has AVX2.
+                    return unsafe { avx2($($argument),*) };
+                }
+            }
+            plain($($argument),*)
+        }
+    };
+}
+pub(crate) use wide;

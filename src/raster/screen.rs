@@ -1,0 +1,89 @@
+//! Vertices on the screen: projected, snapped to 1/256 pixel, and what of the image they lie beyond.
+
+use super::{SUBPIXELS, View};
+use crate::numeric::lanes::{BLOCK, wide};
+use crate::numeric::parallel;
+use glam::Vec3;
+
+/// Vertices that one thread projects together.
+const RUN: usize = 64 * BLOCK;
+
+/// A vertex on the screen.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Projected {
+    /// In 1/256 pixel, y down. Without meaning where `code` has [`CLIP`] or [`LOST`].
+    pub(super) x: i32,
+    pub(super) y: i32,
+    /// Reversed depth.
+    pub(super) z: f32,
+    /// Sides of the image that it lies beyond, and whether its triangles must be clipped.
+    pub(super) code: i32,
+}
+
+pub(super) const LEFT: i32 = 1;
+pub(super) const RIGHT: i32 = 2;
+pub(super) const BELOW: i32 = 4;
+pub(super) const ABOVE: i32 = 8;
+/// Before the near plane or beyond the guard band.
+pub(super) const CLIP: i32 = 16;
+/// The projection overflowed: its triangles are left out.
+pub(super) const LOST: i32 = 32;
+
+/// The vertices of a mesh on the screen of a view.
+pub(super) fn project(positions: &[Vec3], view: &View) -> Vec<Projected> {
+    let mut projected = vec![Projected::default(); positions.len()];
+    parallel::for_each_chunk(&mut projected, RUN, |chunk, out| {
+        run(&positions[chunk * RUN..][..out.len()], view, out);
+    });
+    projected
+}
+
+wide! {
+    fn run(positions: &[Vec3], view: &View, out: &mut [Projected]) {
+        for (out, positions) in out.chunks_mut(BLOCK).zip(positions.chunks(BLOCK)) {
+            block(positions, view, out);
+        }
+    }
+}
+
+#[inline(always)]
+fn block(positions: &[Vec3], view: &View, out: &mut [Projected]) {
+    let mut at = [[0.0_f32; BLOCK]; 3];
+    for (lane, position) in positions.iter().enumerate() {
+        (at[0][lane], at[1][lane], at[2][lane]) = (position.x, position.y, position.z);
+    }
+    let guard = view.guard();
+    let (mut x, mut y, mut z, mut code) = ([0; BLOCK], [0; BLOCK], [0.0; BLOCK], [0; BLOCK]);
+    for lane in 0..BLOCK {
+        let clip = view.project(Vec3::new(at[0][lane], at[1][lane], at[2][lane]));
+        (x[lane], y[lane], z[lane]) = snap(clip, view);
+        code[lane] = beyond(clip, guard);
+    }
+    for (lane, out) in out.iter_mut().enumerate() {
+        *out = Projected { x: x[lane], y: y[lane], z: z[lane], code: code[lane] };
+    }
+}
+
+/// What clip coordinates lie beyond, by the signs of `clip::planes`, written as comparisons.
+#[inline(always)]
+fn beyond([x, y, z, w]: [f32; 4], [guard_x, guard_y]: [f32; 2]) -> i32 {
+    let side = |outside: bool, code: i32| if outside { code } else { 0 };
+    // For w < 0 the comparisons are those of the plane too: x ≥ −w is a half-space whatever the sign of w.
+    side(x < -w, LEFT)
+        | side(x > w, RIGHT)
+        | side(y < -w, BELOW)
+        | side(y > w, ABOVE)
+        | side((z > w) | (x < -(guard_x * w)) | (x > guard_x * w), CLIP)
+        | side((y < -(guard_y * w)) | (y > guard_y * w), CLIP)
+        | side(!(x + y + z + w).is_finite(), LOST)
+}
+
+/// Snaps to 1/256 pixel, half to even.
+#[inline(always)]
+pub(super) fn snap(clip: [f32; 4], view: &View) -> (i32, i32, f32) {
+    // Adding 1.5 · 2⁵² leaves no bit for a fraction: the addition rounds half to even, and the sum's low bits are
+    // the whole number. `round_ties_even` would be a call on processors before SSE 4.1.
+    let whole = |at: f32| (f64::from(at * SUBPIXELS as f32) + 6_755_399_441_055_744.0).to_bits() as i32;
+    let [x, y] = view.pixel(clip);
+    (whole(x), whole(y), clip[2] / clip[3])
+}
