@@ -33,19 +33,39 @@ impl Light {
         !matches!(self, Self::Environment { .. })
     }
 
-    /// The unit direction from `point` towards a casting light, and the irradiance there of a surface that
-    /// faces it; both zero for an environment, and at the light's own position.
+    /// The light as loops over many points take it.
+    pub fn casting(&self) -> Casting {
+        let (position, towards, power) = match *self {
+            Self::Point { position, intensity } => (Some(position), Vec3::ZERO, intensity),
+            Self::Directional { direction, irradiance } => (None, -direction, irradiance),
+            Self::Environment { .. } => (None, Vec3::ZERO, Vec3::ZERO),
+        };
+        Casting { near: position.is_some(), position: position.unwrap_or_default(), towards, power }
+    }
+}
+
+/// A casting light of either kind, whose light arrives without a branch.
+#[derive(Debug, Clone, Copy)]
+pub struct Casting {
+    /// Whether it is a point.
+    near: bool,
+    position: Vec3,
+    /// The unit direction towards one that is not.
+    towards: Vec3,
+    /// Radiant intensity of a point, irradiance of a direction.
+    power: Vec3,
+}
+
+impl Casting {
+    /// The unit direction from `point` towards the light, and the irradiance there of a surface that faces it; both
+    /// zero for an environment, and at the light's own position.
     #[inline(always)]
     pub fn arriving(&self, point: Vec3) -> (Vec3, Vec3) {
-        match self {
-            Self::Point { position, intensity } => {
-                let to = *position - point;
-                let squared = to.length_squared();
-                let (towards, facing) = (to / squared.sqrt(), *intensity / squared);
-                if squared > 0.0 { (towards, facing) } else { (Vec3::ZERO, Vec3::ZERO) }
-            }
-            Self::Directional { direction, irradiance } => (-*direction, *irradiance),
-            Self::Environment { .. } => (Vec3::ZERO, Vec3::ZERO),
-        }
+        let to = self.position - point;
+        let squared = to.length_squared();
+        let (towards, facing) = (to / squared.sqrt(), self.power / squared);
+        let apart = squared > 0.0;
+        let near = (if apart { towards } else { Vec3::ZERO }, if apart { facing } else { Vec3::ZERO });
+        if self.near { near } else { (self.towards, self.power) }
     }
 }

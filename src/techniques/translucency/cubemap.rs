@@ -92,7 +92,7 @@ fn illuminated(frame: &Frame, light: usize, point: Vec3, normal: Vec3) -> (Vec3,
         let channel = |matrix| max(irradiance::evaluate(matrix, normal), 0.0);
         return (Vec3::from_array(matrices.each_ref().map(channel)), Medium::diffuse_cosine());
     }
-    let (towards, facing) = frame.lights[light].arriving(point);
+    let (towards, facing) = frame.lights[light].casting().arriving(point);
     let cosine = max(normal.dot(towards), 0.0);
     (facing * cosine, cosine)
 }

@@ -90,7 +90,7 @@ wide! {
         points: &Points,
         out: &mut [[f32; BLOCK]; 3],
     ) {
-        let (shadow, light) = (&caster.shadow, &frame.lights[caster.light]);
+        let (shadow, light) = (&caster.shadow, frame.lights[caster.light].casting());
         let footprints = Footprints::new(shadow, points);
         let first = footprints.gather(points.count, |texel| first[texel * 2]);
         for lane in 0..BLOCK {
@@ -109,7 +109,7 @@ wide! {
 
 /// The normalised Blinn-Phong lobe, (n + 8) / 8π · (n·h)ⁿ, times Schlick's reflectance at the half vector.
 fn highlight(frame: &Frame, light: usize, point: Vec3, normal: Vec3) -> f32 {
-    let (towards, eye) = (frame.lights[light].arriving(point).0, frame.towards_camera(point));
+    let (towards, eye) = (frame.lights[light].casting().arriving(point).0, frame.towards_camera(point));
     if normal.dot(towards) <= 0.0 {
         return 0.0;
     }

@@ -47,7 +47,7 @@ wide! {
         points: &Points,
         out: &mut [[f32; BLOCK]; 2],
     ) {
-        let (shadow, light) = (&caster.shadow, &frame.lights[caster.light]);
+        let (shadow, light) = (&caster.shadow, frame.lights[caster.light].casting());
         let footprints = Footprints::new(shadow, points);
         let first = footprints.gather(points.count, |texel| first[texel]);
         let second = footprints.gather(points.count, |texel| second[texel]);
