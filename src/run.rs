@@ -102,6 +102,8 @@ fn buffer(scene: &Scene, info: &Info) -> (usize, u64) {
         Axis::Light => scene.lights.len(),
         Axis::Caster => casters,
         Axis::Face => 6,
+        // At most: the solid's proportions are not known before it is loaded.
+        Axis::Point => scene.translucency.accumulation.pow(3),
         Axis::Row => rows,
         Axis::Column => columns,
         Axis::Coefficient => 9,
@@ -135,8 +137,9 @@ fn groups(scene: &Scene, wanted: &[&str]) -> Result<[u64; 3], Error> {
     }
     bytes[largest.0] += 2 * largest.1;
     if bytes[0] > 0 {
-        // A texel's position and normal, and its nine basis functions in `f64`, twice while they are collected.
-        bytes[0] += 6 * (scene.translucency.cubemap as u64).pow(2) * (28 + 144);
+        // A texel's position and normal, and its nine basis functions in `f64`, twice while they are collected, and its
+        // corner's share of solid angles.
+        bytes[0] += 6 * (scene.translucency.cubemap as u64).pow(2) * (28 + 144 + 8);
     }
     Ok(bytes)
 }
@@ -332,12 +335,14 @@ mod tests {
 
     #[test]
     fn the_memory_of_a_buffer_is_known_before_it_is_made() {
-        let scene = Scene::parse(SCENE, "a.toml".as_ref(), &[]).unwrap();
-        let mut kept = Kept::default();
-        render(&scene, &Assets::default(), &wanted("all").unwrap(), &mut kept).unwrap();
-        assert_eq!(kept.0.len(), passes().count());
-        for (info, _, made) in &kept.0 {
-            assert_eq!(buffer(&scene, info).1, 4 * made.data.len() as u64, "{}", info.name);
+        for set in [vec![], vec!["translucency.accumulation=2".to_owned()]] {
+            let scene = Scene::parse(SCENE, "a.toml".as_ref(), &set).unwrap();
+            let mut kept = Kept::default();
+            render(&scene, &Assets::default(), &wanted("all").unwrap(), &mut kept).unwrap();
+            assert_eq!(kept.0.len(), passes().count());
+            for (info, _, made) in &kept.0 {
+                assert_eq!(buffer(&scene, info).1, 4 * made.data.len() as u64, "{}", info.name);
+            }
         }
     }
 

@@ -712,6 +712,8 @@ fn the_table_of_passes_is_what_a_render_records() {
         }
         let axes = ours["axes"].as_array().unwrap().iter().map(|axis| axis["length"].clone());
         assert_eq!(Json::from(axes.collect::<Vec<_>>()), ours["shape"]);
+        let point = ours["axes"].as_array().unwrap().iter().find(|axis| axis["name"] == "point");
+        assert_eq!(point, None, "a single accumulation point has no axis");
         assert!(!ours["equation"].as_str().unwrap().is_empty() && ours["unit"].is_string());
         let short = ours["name"].as_str().unwrap().strip_prefix("translucency.").unwrap();
         assert!(frame.json["formulas"][short].is_string(), "{short} has a formula");

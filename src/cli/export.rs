@@ -21,8 +21,11 @@ const FILES: [(&str, &str); 11] = [
     ("camera.npy", "[4, 4] clip_from_world, row-major"),
     ("shadow.npy", "[casting lights, 4, 4] the same of the shadow maps"),
     ("cubemap.npy", "[6, 4, 4] the same of the cubemap's faces"),
-    ("sh.npy", "[lights, 9, 3] the projection, RGB"),
-    ("matrices.npy", "[lights, 3, 4, 4] the matrices of radiosity"),
+    ("sh.npy", "[lights, 9, 3] the projection, RGB; of several accumulation points [lights, points, 9, 3]"),
+    (
+        "matrices.npy",
+        "[lights, 3, 4, 4] the matrices of radiosity; of several points [lights, points, 3, 4, 4]",
+    ),
     ("positions.npy", "[vertices, 3] of the solid"),
     ("normals.npy", "[vertices, 3] of the solid"),
     ("triangles.npy", "[triangles, 3] of the solid, u32"),
@@ -117,7 +120,7 @@ fn passes(digests: &Digests) -> Json {
     let row = |record: &crate::pass::Record| {
         let mut row = record.to_json();
         for info in run::passes().filter(|info| info.name == record.name) {
-            let axes = info.axes.iter().zip(&record.shape).map(|(axis, length)| match axis {
+            let axes = info.axes_of(record.shape.len()).zip(&record.shape).map(|(axis, length)| match axis {
                 Axis::Channel(names) => json!({"name": "channel", "length": length, "channels": names}),
                 axis => json!({"name": axis.label(), "length": length}),
             });

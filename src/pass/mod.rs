@@ -34,6 +34,8 @@ pub enum Axis {
     Caster,
     /// The six faces +x −x +y −y +z −z.
     Face,
+    /// Accumulation points of a solid's box, x counting fastest and z slowest. A single one has no axis.
+    Point,
     /// Rows of an image, from the top.
     Row,
     /// Columns of an image, from the left.
@@ -55,6 +57,7 @@ impl Axis {
             Self::Light => "light".into(),
             Self::Caster => "caster".into(),
             Self::Face => "face".into(),
+            Self::Point => "point".into(),
             Self::Row => "row".into(),
             Self::Column => "column".into(),
             Self::Coefficient => "coefficient".into(),
@@ -79,7 +82,7 @@ pub struct Info {
     pub about: &'static str,
     /// The passes that it reads.
     pub inputs: &'static [&'static str],
-    /// The axes of its buffer, the slowest first.
+    /// The axes of its buffer, the slowest first; of a certain buffer [`Self::axes_of`].
     pub axes: &'static [Axis],
     /// The unit of its values.
     pub unit: &'static str,
@@ -89,6 +92,12 @@ impl Info {
     /// Whether the buffer is made of images (it has rows and columns), so goes to EXR rather than NPY.
     pub fn is_image(&self) -> bool {
         self.axes.contains(&Axis::Row)
+    }
+
+    /// The axes of a buffer of the pass that has `rank` of them: all, or all but [`Axis::Point`].
+    pub fn axes_of(&self, rank: usize) -> impl Iterator<Item = Axis> {
+        let all = rank == self.axes.len();
+        self.axes.iter().copied().filter(move |axis| all || *axis != Axis::Point)
     }
 }
 
@@ -194,7 +203,8 @@ pub fn execute<F>(
 }
 
 fn check(info: &Info, buffer: &Buffer) -> Result<(), Error> {
-    assert_eq!(buffer.shape.len(), info.axes.len(), "{}: a buffer with other axes than declared", info.name);
+    let rank = buffer.shape.len();
+    assert_eq!(rank, info.axes_of(rank).count(), "{}: a buffer with other axes than declared", info.name);
     if let Some(Axis::Channel(names)) = info.axes.last() {
         assert_eq!(buffer.shape.last(), Some(&names.len()), "{}: other channels than declared", info.name);
     }
@@ -248,6 +258,19 @@ mod tests {
     fn a_value_that_is_not_finite_is_an_error_that_names_pass_and_place() {
         let error = execute(&TABLE, &f32::NAN, &["t.a"], &mut Kept::default()).unwrap_err().to_string();
         assert!(error.contains("t.a is not finite at [0]"), "{error}");
+    }
+
+    #[test]
+    fn a_single_point_has_no_axis() {
+        let axes = &[Axis::Light, Axis::Point, Axis::Coefficient];
+        let info = Info { axes, ..TABLE[0].info };
+        assert!(info.axes_of(3).eq(axes.iter().copied()));
+        assert!(info.axes_of(2).eq([Axis::Light, Axis::Coefficient]));
+        assert!(check(&info, &Buffer::f32(&[1, 2, 1], vec![0.0; 2])).is_ok());
+        assert!(check(&info, &Buffer::f32(&[1, 1], vec![0.0])).is_ok());
+        let one = |shape: &[usize]| check(&info, &Buffer::f32(shape, vec![0.0]));
+        assert!(std::panic::catch_unwind(|| one(&[1, 1, 1, 1])).is_err());
+        assert!(std::panic::catch_unwind(|| one(&[1])).is_err());
     }
 
     #[test]

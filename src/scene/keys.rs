@@ -293,6 +293,14 @@ pub const KEYS: &[Key] = &[
     ),
     key(
         "translucency",
+        "accumulation",
+        Kind::Whole(1.0, 16.0),
+        Some("1"),
+        "",
+        "Accumulation points along the longest side of the solid's box, and along the others in proportion.",
+    ),
+    key(
+        "translucency",
         "shadow",
         Kind::Whole(1.0, 8192.0),
         Some("512"),

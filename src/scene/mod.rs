@@ -447,6 +447,7 @@ impl Reader {
                 Some("scattered") => translucency::Show::Scattered,
                 _ => translucency::Show::All,
             },
+            accumulation: self.whole(table, "accumulation"),
             fit: match self.text(table, "fit").as_deref() {
                 Some("solid") => translucency::Fit::Solid,
                 _ => translucency::Fit::Box,
@@ -636,10 +637,12 @@ mod tests {
             (Reading::Corrected, Evaluation::Pixel, None)
         );
         assert!(ours.second_layer && ours.shift_cure && ours.blindness_cure);
+        assert_eq!(ours.accumulation, 1);
         let of = |set: &str| parse(SMALL, &[&format!("translucency.{set}")]).unwrap().translucency;
         assert_eq!(of("reading=paper").reading, Reading::Paper);
         assert_eq!(of("evaluation=vertex").evaluation, Evaluation::Vertex);
         assert_eq!(of("smallest_d=0.25").smallest_d, Some(0.25));
+        assert_eq!(of("accumulation=16").accumulation, 16);
         assert!(!of("second_layer=false").second_layer && of("second_layer=true").second_layer);
         assert!(!of("shift_cure=false").shift_cure && !of("blindness_cure=false").blindness_cure);
         assert!(refusal(SMALL, &["translucency.shift_cure=1"]).contains("is 1, and takes true or false"));

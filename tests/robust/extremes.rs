@@ -250,6 +250,7 @@ fn the_printed_equations_and_missing_cures_at_the_ends() {
         "translucency.second_layer=false",
         "translucency.shift_cure=false",
         "translucency.blindness_cure=false",
+        "translucency.accumulation=3",
     ] {
         for (extreme, outcome) in [
             ("image.width=1", Finite),

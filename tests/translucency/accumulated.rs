@@ -41,6 +41,7 @@ fn transmit() {
 fn projection() {
     for scene in all() {
         let (transmit, size) = (scene.buffer("transmit"), scene.world.cubemap);
+        assert_eq!(scene.buffer("projection").shape, [scene.world.lamps.len(), 9, 3]);
         let mut worst = Worst::new(format!("projection of {}", scene.name));
         for light in 0..scene.world.lamps.len() {
             for channel in 0..3 {
@@ -125,7 +126,8 @@ fn radiosity() {
                         true => {
                             let triangle = scene.buffer("visibility").as_u32()[index] as usize;
                             let place = ((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
-                            interpolated(scene, &drawn, &matrix, triangle, place)
+                            let at = |point, normal| radiosity_at(scene, &matrix, point, normal);
+                            interpolated(scene, &drawn, at, triangle, place)
                         }
                         false => radiosity_at(scene, &matrix, point, normal),
                     };
@@ -159,16 +161,16 @@ fn radiosity_at(scene: &Rendered, matrix: &[[f64; 4]; 4], point: [f64; 3], norma
     (if scene.world.paper { here } else { larger(here, 0.0) }, tolerance)
 }
 
-/// The radiosity of a triangle's corners at a place of the image.
-fn interpolated(
+/// The radiosity of a triangle's corners at a place of the image, with its tolerance; `at` gives both at a corner.
+pub(crate) fn interpolated(
     scene: &Rendered,
     drawn: &Drawn<'_>,
-    matrix: &[[f64; 4]; 4],
+    at: impl Fn([f64; 3], [f64; 3]) -> (f64, f64),
     triangle: usize,
     (x, y): (f64, f64),
 ) -> (f64, f64) {
     let (corners, normals) = (&scene.world.triangles[triangle], &scene.world.normals[triangle]);
-    let at_corner = [0, 1, 2].map(|i| radiosity_at(scene, matrix, corners[i], normals[i]));
+    let at_corner = [0, 1, 2].map(|i| at(corners[i], normals[i]));
     let mean = |x: f64, y: f64, held: bool| {
         let shares = drawn.shares(triangle, x, y, held);
         let sum = |of: [f64; 3]| shares[0] * of[0] + shares[1] * of[1] + shares[2] * of[2];

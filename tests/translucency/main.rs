@@ -15,6 +15,7 @@ mod fitted;
 mod medium;
 mod oracle;
 mod physics;
+mod points;
 mod rasterised;
 mod readings;
 mod shaded;

@@ -20,11 +20,11 @@ pub struct Export {
     pub solid: Mesh,
     /// Length of the scene's unit, in metres.
     pub metres: f32,
-    /// `conventions`, `image`, `camera`, `lights`, `shadow`, `cubemap`, `bounds`, `material`, `formulas`.
+    /// `conventions`, `image`, `camera`, `lights`, `shadow`, `cubemap`, `points`, `bounds`, `material`, `formulas`.
     pub facts: Json,
     /// Arrays by name: `camera` [4, 4], `shadow` [casters, 4, 4] and `cubemap` [6, 4, 4], the matrices `clip_from_world`;
-    /// `sh` [lights, 9, 3] and `matrices` [lights, 3, 4, 4], the buffers of those passes; `positions` and `normals`
-    /// [vertices, 3], `triangles` [triangles, 3].
+    /// `sh` [lights, 9, 3] and `matrices` [lights, 3, 4, 4], the buffers of those passes, with an axis of points behind the
+    /// lights where there are several; `positions` and `normals` [vertices, 3], `triangles` [triangles, 3].
     pub arrays: Vec<(&'static str, Buffer)>,
 }
 
@@ -47,6 +47,11 @@ impl Export {
             "lights": (0..frame.lights.len()).map(|light| self::light(&frame, light)).collect::<Vec<_>>(),
             "shadow": frame.casters.iter().map(shadow).collect::<Vec<_>>(),
             "cubemap": cubemap(&frame, &faces),
+            "points": {
+                "counts": frame.points.counts,
+                "about": "accumulation points: the middles of so many equal parts of the cubemap's box along x, y and z, x \
+                    counting fastest",
+            },
             "bounds": {
                 "low": frame.bounds.low.to_array(),
                 "high": frame.bounds.high.to_array(),
@@ -265,8 +270,8 @@ fn material(medium: &Medium, gloss: f32) -> Json {
 /// directions towards the camera and the light.
 fn formulas() -> Json {
     json!({
-        "reading": "corrected, evaluated at each pixel, with both cures, the second layer and all light; where the settings \
-            say otherwise, the heads of the passes' source files do",
+        "reading": "corrected, evaluated at each pixel, with both cures, the second layer, one accumulation point and \
+            all light; where the settings say otherwise, the heads of the source files of the passes and of points.rs do",
         "symbols": "p a point, n its unit normal, v and l the unit directions towards the camera and the light; \
             E(l) the irradiance of a surface that faces the light; F(c) = F0 + (1 - F0)(1 - c)^5 with c held to [0, 1], \
             T(c) = 1 - F(c); [n, 1] M [n, 1] a quadratic form; bilinear: of the four texels around where p falls on the \

@@ -1,5 +1,6 @@
 //! What the passes of a frame compute from.
 
+use super::Points;
 use crate::Error;
 use crate::numeric::order::{max3, min};
 use crate::numeric::vector::unit_or_zero;
@@ -74,6 +75,8 @@ pub struct Settings {
     pub blindness_cure: bool,
     /// What a light's shadow map just holds.
     pub fit: Fit,
+    /// Accumulation points along the longest side of the box that the cubemap's views fill.
+    pub accumulation: usize,
     /// Which light the picture shows.
     pub show: Show,
 }
@@ -97,6 +100,8 @@ pub struct Frame {
     /// The box whose faces the six views of the cubemap fill: the bounding box, or without the cure of blindness the
     /// cube about its centre that is as wide as its longest side.
     pub viewed: Bounds,
+    /// Where light is accumulated.
+    pub points: Points,
     /// The material.
     pub medium: Medium,
     /// Exponent of the highlight of casting lights; 0 for none.
@@ -174,6 +179,7 @@ impl Frame {
             solid,
             bounds,
             viewed,
+            points: Points::new(viewed.half_extents(), settings.accumulation),
             medium,
             gloss,
             lights,

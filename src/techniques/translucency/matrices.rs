@@ -1,5 +1,5 @@
 //! `translucency.matrices`: three symmetric 4×4 matrices a light, one a colour, whose quadratic form is the
-//! radiosity (Eq. 11 after Ramamoorthi and Hanrahan 2001).
+//! radiosity (Eq. 11 after Ramamoorthi and Hanrahan 2001); of several accumulation points (`points`) three each.
 //!
 //! Decides errata T1 (the last row mirrors the last column), T9 (the constants are exact) and T10: the constants
 //! already hold the clamped cosine, so a constant E gives B = πE; `attenuation` divides by that π.
@@ -15,9 +15,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
         name: "translucency.matrices",
         equation: "Eq. 11; T1, T9, T10",
-        about: "for each colour the matrix M of B(r) = [r, 1]ᵗ M [r, 1]",
+        about: "for each accumulation point and colour the matrix M of B(r) = [r, 1]ᵗ M [r, 1]; a single point has no axis",
         inputs: &["translucency.projection"],
-        axes: &[Axis::Light, RGB, Axis::MatrixRow, Axis::MatrixColumn],
+        axes: &[Axis::Light, Axis::Point, RGB, Axis::MatrixRow, Axis::MatrixColumn],
         unit: "irradiance",
     },
     run,
@@ -25,9 +25,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let projection = inputs.get("translucency.projection");
-    let mut values = Vec::with_capacity(frame.lights.len() * 48);
-    for light in 0..frame.lights.len() {
-        let terms = projection.slice(light);
+    let lights = frame.lights.len();
+    let mut values = Vec::with_capacity(lights * frame.points.count() * 48);
+    for terms in projection.as_f32().chunks_exact(27) {
         let coefficients = std::array::from_fn(|i| [terms[3 * i], terms[3 * i + 1], terms[3 * i + 2]]);
         let matrices = match frame.settings.reading {
             Reading::Corrected => irradiance::matrix(&coefficients),
@@ -35,5 +35,5 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
         };
         values.extend(matrices.iter().flatten().flatten());
     }
-    Buffer::f32(&[frame.lights.len(), 3, 4, 4], values)
+    Buffer::f32(&frame.points.shape(lights, &[3, 4, 4]), values)
 }

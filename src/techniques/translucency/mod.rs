@@ -12,6 +12,8 @@
 //! thickness → held
 //! ```
 //!
+//! Light is accumulated in one point or, as §5 hopes for, in several (`points`).
+//!
 //! Every pass has the corrected reading of the errata and, under [`Reading::Paper`], the letter of the print; its head
 //! says which rows it decides, why, and what the letter does there. Where the paper says nothing, or what cannot be
 //! computed (T5, T8, T13, T14, T15), both readings are one.
@@ -28,6 +30,7 @@ mod held;
 mod lookup;
 mod matrices;
 mod peel;
+mod points;
 mod projection;
 mod radiosity;
 mod shadow;
@@ -37,6 +40,7 @@ mod visibility;
 
 pub use export::Export;
 pub use frame::{Caster, Evaluation, Fit, Frame, Reading, Settings, Show};
+pub use points::Points;
 
 use crate::pass::Pass;
 

@@ -8,6 +8,8 @@
 //! A row is summed from left to right and rows pairwise, in f64, so that the sum's error stays below that of its
 //! terms at any size.
 //!
+//! Of several accumulation points (`points`) each sees the same texels, in directions and under solid angles of its own.
+//!
 //! A texel that sees nothing counts as E = 0, as in the paper, so light is lost where the solid does not fill its box:
 //! a constant irradiance on a sphere gives 0.879 of the c00 that it gives on a box.
 
@@ -16,14 +18,16 @@ use super::{Frame, Reading};
 use crate::numeric::{double::atan2, parallel, sum::sum};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
 use crate::sphere::sh;
+use glam::DVec3;
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
         name: "translucency.projection",
         equation: "Eq. 6 with Eq. 7-9; T2",
-        about: "nine spherical-harmonic coefficients of the entering irradiance",
+        about: "nine spherical-harmonic coefficients of the entering irradiance for each accumulation point; a single point \
+            has no axis",
         inputs: &["translucency.transmit"],
-        axes: &[Axis::Light, Axis::Coefficient, RGB],
+        axes: &[Axis::Light, Axis::Point, Axis::Coefficient, RGB],
         unit: "irradiance",
     },
     run,
@@ -32,48 +36,66 @@ pub(super) const PASS: Pass<Frame> = Pass {
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let transmit = inputs.get("translucency.transmit");
     let size = frame.settings.cubemap;
-    let basis = basis(size, frame.settings.reading);
-    let mut values = Vec::new();
-    for light in 0..frame.lights.len() {
-        let cube = transmit.slice(light);
-        let rows: Vec<[f64; 27]> = parallel::map(6 * size, |row| {
-            let mut total = [0.0; 27];
-            for texel in row * size..(row + 1) * size {
-                for (coefficient, weight) in basis[texel].iter().enumerate() {
-                    for channel in 0..3 {
-                        total[coefficient * 3 + channel] += weight * f64::from(cube[texel * 3 + channel]);
+    let (lights, points) = (frame.lights.len(), frame.points.count());
+    let mut values = vec![0.0; lights * points * 27];
+    for point in 0..points {
+        let (scale, place) = (frame.points.scale().as_dvec3(), frame.points.place(point).as_dvec3());
+        let basis = basis(size, scale, place, frame.settings.reading);
+        for light in 0..lights {
+            let cube = transmit.slice(light);
+            let rows: Vec<[f64; 27]> = parallel::map(6 * size, |row| {
+                let mut total = [0.0; 27];
+                for texel in row * size..(row + 1) * size {
+                    for (coefficient, weight) in basis[texel].iter().enumerate() {
+                        for channel in 0..3 {
+                            total[coefficient * 3 + channel] += weight * f64::from(cube[texel * 3 + channel]);
+                        }
                     }
                 }
+                total
+            });
+            for term in 0..27 {
+                let column: Vec<f64> = rows.iter().map(|row| row[term]).collect();
+                values[(light * points + point) * 27 + term] = sum(&column) as f32;
             }
-            total
-        });
-        for term in 0..27 {
-            let column: Vec<f64> = rows.iter().map(|row| row[term]).collect();
-            values.push(sum(&column) as f32);
         }
     }
-    Buffer::f32(&[frame.lights.len(), 9, 3], values)
+    Buffer::f32(&frame.points.shape(lights, &[9, 3]), values)
 }
 
-/// For each texel of the six faces, Y_lm of its direction times its solid angle.
-fn basis(size: usize, reading: Reading) -> Vec<[f64; 9]> {
+/// For each texel of the six faces, Y_lm of its direction from a point times the solid angle under which the point sees
+/// it; the point is at `place` in the cube ±1 scaled by `scale`.
+fn basis(size: usize, scale: DVec3, place: DVec3, reading: Reading) -> Vec<[f64; 9]> {
     let evaluate = match reading {
         Reading::Corrected => sh::evaluate,
         Reading::Paper => sh::evaluate_as_printed,
     };
-    // ∫∫ (1 + u² + v²)^(−3/2) du dv, by which a rectangle's solid angle is four differences.
     let corner = |index: usize| 2.0 * index as f64 / size as f64 - 1.0;
-    let integral = |u: f64, v: f64| atan2(u * v, (u * u + v * v + 1.0).sqrt());
-    let corners: Vec<f64> = (0..(size + 1) * (size + 1))
-        .map(|index| integral(corner(index % (size + 1)), corner(index / (size + 1))))
-        .collect();
+    let corners_of = |face: usize| -> Vec<f64> {
+        let [right, up] = FACES[face].map(|axis| axis.as_dvec3());
+        let ahead = right.cross(up);
+        let extent = |axis: DVec3| scale.dot(axis.abs());
+        // ∫∫ d (d² + u² + v²)^(−3/2) du dv at distance d, by which a rectangle's solid angle is four differences.
+        let d = extent(ahead) - place.dot(ahead);
+        let integral = |u: f64, v: f64| atan2(u * v, d * (u * u + v * v + d * d).sqrt());
+        let at = |x: usize, y: usize| {
+            integral(extent(right) * corner(x) - place.dot(right), extent(up) * corner(y) + place.dot(up))
+        };
+        (0..(size + 1) * (size + 1)).map(|index| at(index % (size + 1), index / (size + 1))).collect()
+    };
+    // From the middle of a cube all faces look alike.
+    let alike = scale == DVec3::ONE && place == DVec3::ZERO;
+    let corners = parallel::map(if alike { 1 } else { 6 }, corners_of);
     let rows = parallel::map(6 * size, |row| {
-        let ([right, up], y) = (FACES[row / size].map(|axis| axis.as_dvec3()), row % size);
+        let (face, y) = (row / size, row % size);
+        let [right, up] = FACES[face].map(|axis| axis.as_dvec3());
+        let corners = &corners[face % corners.len()];
         let texel = |x: usize| {
             let at = |x: usize, y: usize| corners[y * (size + 1) + x];
             let solid_angle = at(x + 1, y + 1) - at(x, y + 1) - at(x + 1, y) + at(x, y);
             let centre = |index: usize| (2 * index + 1) as f64 / size as f64 - 1.0;
-            let direction = (right.cross(up) + right * centre(x) - up * centre(y)).normalize();
+            let on_cube = right.cross(up) + right * centre(x) - up * centre(y);
+            let direction = (on_cube * scale - place).normalize();
             let mut values = [0.0; 9];
             evaluate(3, direction.to_array(), &mut values);
             values.map(|value| value * solid_angle)
@@ -88,11 +110,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_solid_angles_of_the_cube_are_those_of_the_sphere() {
+    fn the_solid_angles_of_the_cube_are_those_of_the_sphere_from_any_point() {
         for size in [1, 2, 7, 64] {
             let y00 = 0.25 * std::f64::consts::FRAC_1_PI; // Y_00²: Σ Y_00 Ω · Y_00 = 4π Y_00² = 1
-            let total: f64 = basis(size, Reading::Corrected).iter().map(|values| values[0]).sum();
-            assert!((total * y00.sqrt() - 1.0).abs() < 1e-12, "{size}: {total}");
+            let aside = (DVec3::new(1.0, 4.0, 3.0), DVec3::new(0.0, -3.0, 2.0));
+            for (scale, place) in [(DVec3::ONE, DVec3::ZERO), aside] {
+                let basis = basis(size, scale, place, Reading::Corrected);
+                let total: f64 = basis.iter().map(|values| values[0]).sum();
+                assert!((total * y00.sqrt() - 1.0).abs() < 1e-12, "{size}: {total} from {place}");
+            }
         }
     }
 }

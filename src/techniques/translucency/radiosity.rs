@@ -5,7 +5,9 @@
 //!
 //! The accumulation point is the box's centre, the point that is shaded lies elsewhere: the lookup follows the
 //! refracted ray from the point to where it leaves the bounding box, and takes the direction from the centre to
-//! there, in the frame in which the box is a cube (§3: the cure of shift, with that of blindness).
+//! there, in the frame in which the box is a cube (§3: the cure of shift, with that of blindness). Of several
+//! accumulation points (`points`) those around the shaded one are interpolated, each with a lookup from itself.
+//!
 //! Without `shift_cure` the direction is the refracted one itself, as from the centre (fig. 7a); without
 //! `blindness_cure` the box is the cube that the views of `cubemap` fill, where the ray may point at what they left
 //! empty (fig. 7b).
@@ -42,13 +44,19 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let seen = inputs.get("translucency.visibility").as_u32();
     let (gbuffer, matrices) = (inputs.get("translucency.gbuffer"), inputs.get("translucency.matrices"));
     let count = frame.lights.len();
+    let matrices: Vec<_> = (0..count).map(|light| of_points(matrices.slice(light))).collect();
     match frame.settings.evaluation {
-        Evaluation::Pixel => shade(frame, gbuffer, count, |light, points, out| {
-            radiosities(frame, &three(matrices.slice(light)), points, out);
+        Evaluation::Pixel => shade(frame, gbuffer, count, |light, points, out| match &matrices[light][..] {
+            [one] => radiosities(frame, one, points, out),
+            several => {
+                for lane in 0..points.count {
+                    [out[0][lane], out[1][lane], out[2][lane]] =
+                        interpolated(frame, several, points.position(lane), points.normal(lane));
+                }
+            }
         }),
         Evaluation::Vertex => {
-            let vertices = at_vertices(frame, matrices);
-            let each = frame.solid.positions.len();
+            let vertices: Vec<_> = matrices.iter().map(|matrices| at_vertices(frame, matrices)).collect();
             shade(frame, gbuffer, count, |light, points, out: &mut [_; 3]| {
                 for lane in 0..points.count {
                     let pixel = points.pixel[lane] as usize;
@@ -56,7 +64,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
                     let (x, y) = (pixel % frame.view.width, pixel / frame.view.width);
                     let positions = corners.map(|corner| frame.solid.positions[corner]);
                     let weights = frame.view.barycentric(positions, frame.view.ndc(x, y));
-                    let of = corners.map(|corner| vertices[light * each + corner]);
+                    let of = corners.map(|corner| vertices[light][corner]);
                     for (channel, out) in out.iter_mut().enumerate() {
                         out[lane] = of[0][channel] * weights[0]
                             + of[1][channel] * weights[1]
@@ -69,35 +77,33 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
 }
 
 /// The matrices of red, green and blue.
-fn three(entries: &[f32]) -> [[[f32; 4]; 4]; 3] {
-    [0, 4, 8]
-        .map(|first| [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column| entries[(first + row) * 4 + column])))
+type Matrices = [[[f32; 4]; 4]; 3];
+
+/// The matrices of one light for each accumulation point.
+fn of_points(entries: &[f32]) -> Vec<Matrices> {
+    let entry = |of: &[f32], row: usize| [0, 1, 2, 3].map(|column| of[row * 4 + column]);
+    let three = |of: &[f32]| [0, 4, 8].map(|first| [0, 1, 2, 3].map(|row| entry(of, first + row)));
+    entries.chunks_exact(48).map(three).collect()
 }
 
-/// The radiosity at every vertex, a run of all vertices for each light.
-fn at_vertices(frame: &Frame, matrices: &Buffer) -> Vec<[f32; 3]> {
-    let each = frame.solid.positions.len();
-    let mut values = vec![[0.0; 3]; frame.lights.len() * each];
-    for (light, values) in values.chunks_exact_mut(each).enumerate() {
-        let matrices = three(matrices.slice(light));
-        parallel::for_each_chunk(values, super::RUN, |chunk, out| {
-            for (vertex, out) in (chunk * super::RUN..).zip(out) {
-                *out =
-                    radiosity(frame, &matrices, frame.solid.positions[vertex], frame.solid.normals[vertex]);
-            }
-        });
-    }
+/// The radiosity at every vertex for the matrices of one light.
+fn at_vertices(frame: &Frame, matrices: &[Matrices]) -> Vec<[f32; 3]> {
+    let mut values = vec![[0.0; 3]; frame.solid.positions.len()];
+    parallel::for_each_chunk(&mut values, super::RUN, |chunk, out| {
+        for (vertex, out) in (chunk * super::RUN..).zip(out) {
+            let (point, normal) = (frame.solid.positions[vertex], frame.solid.normals[vertex]);
+            *out = match matrices {
+                [one] => radiosity(frame, one, point, normal),
+                several => interpolated(frame, several, point, normal),
+            };
+        }
+    });
     values
 }
 
 wide! {
-    /// The radiosity at points for the three matrices of one light.
-    fn radiosities(
-        frame: &Frame,
-        matrices: &[[[f32; 4]; 4]; 3],
-        points: &Points,
-        out: &mut [[f32; BLOCK]; 3],
-    ) {
+    /// The radiosity at points of the surface for the matrices of the one accumulation point.
+    fn radiosities(frame: &Frame, matrices: &Matrices, points: &Points, out: &mut [[f32; BLOCK]; 3]) {
         for lane in 0..BLOCK {
             [out[0][lane], out[1][lane], out[2][lane]] =
                 radiosity(frame, matrices, points.position(lane), points.normal(lane));
@@ -105,13 +111,36 @@ wide! {
     }
 }
 
-/// Eq. 10 at a point of the surface for the three matrices of one light.
+/// Eq. 10 for the matrices of the one accumulation point.
 #[inline(always)]
-fn radiosity(frame: &Frame, matrices: &[[[f32; 4]; 4]; 3], point: Vec3, normal: Vec3) -> [f32; 3] {
+fn radiosity(frame: &Frame, matrices: &Matrices, point: Vec3, normal: Vec3) -> [f32; 3] {
     let (center, half) = (frame.viewed.center(), frame.viewed.half_extents());
     let from = if frame.settings.shift_cure { point } else { center };
     let (leaves, _) = exit(&frame.viewed, from, frame.refracted(point, normal));
-    let lookup = unit_or_zero((leaves - center) / half);
+    evaluate(frame, matrices, unit_or_zero((leaves - center) / half))
+}
+
+/// Eq. 10 for the matrices of each of several accumulation points, interpolated between those around `point`.
+fn interpolated(frame: &Frame, matrices: &[Matrices], point: Vec3, normal: Vec3) -> [f32; 3] {
+    let (center, half, points) = (frame.viewed.center(), frame.viewed.half_extents(), frame.points);
+    let cured = frame.settings.shift_cure;
+    let (leaves, _) = exit(&frame.viewed, if cured { point } else { center }, frame.refracted(point, normal));
+    let leaves = (leaves - center) / half * points.scale();
+    let mut total = [0.0; 3];
+    for (index, weight) in points.around((point - center) / half) {
+        // Uncured, the ray starts in the centre, and its direction is the same from every point.
+        let from = if cured { points.place(index) } else { Vec3::ZERO };
+        let here = evaluate(frame, &matrices[index], unit_or_zero(leaves - from));
+        for (total, here) in total.iter_mut().zip(here) {
+            *total += weight * here;
+        }
+    }
+    total
+}
+
+/// [lookup, 1]ᵗ M [lookup, 1] for each of three matrices.
+#[inline(always)]
+fn evaluate(frame: &Frame, matrices: &Matrices, lookup: Vec3) -> [f32; 3] {
     let held = |channel: usize| {
         let radiosity = irradiance::evaluate(&matrices[channel], lookup);
         if frame.paper() { radiosity } else { max(radiosity, 0.0) }
