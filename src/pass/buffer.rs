@@ -1,9 +1,10 @@
 //! Typed buffers and their digests.
 
+use crate::numeric::{lanes::wide, parallel};
 use std::fmt;
 
 /// Values that are tested together for being finite.
-const FINITE: usize = 1024;
+const FINITE: usize = 1 << 16;
 
 /// The values of a buffer, the last axis fastest.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,11 +121,10 @@ impl Buffer {
     pub fn first_not_finite(&self) -> Option<usize> {
         match &self.data {
             Data::F32(values) => {
-                // Whole runs first, without an early end, so that the compiler tests many values at a time.
-                let odd = |run: &&[f32]| run.iter().fold(false, |odd, value| odd | !value.is_finite());
-                let run = values.chunks(FINITE).position(|run| odd(&run))?;
-                let run = run * FINITE..values.len();
-                run.into_iter().find(|index| !values[*index].is_finite())
+                let runs: Vec<_> = values.chunks(FINITE).collect();
+                let odd = parallel::map(runs.len(), |run| odd(runs[run]));
+                let run = odd.iter().position(|odd| *odd)? * FINITE;
+                (run..values.len()).find(|index| !values[*index].is_finite())
             }
             Data::U32(_) => None,
         }
@@ -138,6 +138,13 @@ impl Buffer {
             index /= length;
         }
         place
+    }
+}
+
+wide! {
+    /// Whether any value is not finite; without an early end, so that many are tested at a time.
+    fn odd(values: &[f32]) -> bool {
+        values.iter().fold(false, |odd, value| odd | !value.is_finite())
     }
 }
 

@@ -4,6 +4,8 @@
 //! [`View`] projects, [`visibility`] finds the triangle of each pixel, [`View::barycentric`] finds where on it
 //! the pixel's centre lies, from the unclipped triangle.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
 mod clip;
 mod fill;
 mod rectangle;

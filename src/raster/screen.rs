@@ -8,22 +8,16 @@ use glam::Vec3;
 /// Vertices that one thread projects together.
 const RUN: usize = 64 * BLOCK;
 
-/// A vertex on the screen.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Projected {
-    /// In 1/256 pixel, y down. Without meaning where `code` has [`CLIP`] or [`LOST`].
-    pub(super) x: i32,
-    pub(super) y: i32,
-    /// Reversed depth.
-    pub(super) z: f32,
-    /// Sides of the image that it lies beyond, and whether its triangles must be clipped.
-    pub(super) code: i32,
-}
+/// A vertex on the screen: x and y (down) in 1/256 pixel, the bits of the reversed depth, and the code of what it lies
+/// beyond. The first three are without meaning where the code has [`CLIP`] or [`LOST`].
+pub(super) type Projected = [i32; 4];
 
-pub(super) const LEFT: i32 = 1;
-pub(super) const RIGHT: i32 = 2;
-pub(super) const BELOW: i32 = 4;
-pub(super) const ABOVE: i32 = 8;
+const LEFT: i32 = 1;
+const RIGHT: i32 = 2;
+const BELOW: i32 = 4;
+const ABOVE: i32 = 8;
+/// Beyond one side of the image.
+pub(super) const SIDES: i32 = LEFT | RIGHT | BELOW | ABOVE;
 /// Before the near plane or beyond the guard band.
 pub(super) const CLIP: i32 = 16;
 /// The projection overflowed: its triangles are left out.
@@ -31,7 +25,7 @@ pub(super) const LOST: i32 = 32;
 
 /// The vertices of a mesh on the screen of a view.
 pub(super) fn project(positions: &[Vec3], view: &View) -> Vec<Projected> {
-    let mut projected = vec![Projected::default(); positions.len()];
+    let mut projected = vec![[0; 4]; positions.len()];
     parallel::for_each_chunk(&mut projected, RUN, |chunk, out| {
         run(&positions[chunk * RUN..][..out.len()], view, out);
     });
@@ -53,14 +47,14 @@ fn block(positions: &[Vec3], view: &View, out: &mut [Projected]) {
         (at[0][lane], at[1][lane], at[2][lane]) = (position.x, position.y, position.z);
     }
     let guard = view.guard();
-    let (mut x, mut y, mut z, mut code) = ([0; BLOCK], [0; BLOCK], [0.0; BLOCK], [0; BLOCK]);
+    let (mut x, mut y, mut z, mut code) = ([0; BLOCK], [0; BLOCK], [0; BLOCK], [0; BLOCK]);
     for lane in 0..BLOCK {
         let clip = view.project(Vec3::new(at[0][lane], at[1][lane], at[2][lane]));
-        (x[lane], y[lane], z[lane]) = snap(clip, view);
+        [x[lane], y[lane], z[lane]] = snap(clip, view);
         code[lane] = beyond(clip, guard);
     }
     for (lane, out) in out.iter_mut().enumerate() {
-        *out = Projected { x: x[lane], y: y[lane], z: z[lane], code: code[lane] };
+        *out = [x[lane], y[lane], z[lane], code[lane]];
     }
 }
 
@@ -78,12 +72,12 @@ fn beyond([x, y, z, w]: [f32; 4], [guard_x, guard_y]: [f32; 2]) -> i32 {
         | side(!(x + y + z + w).is_finite(), LOST)
 }
 
-/// Snaps to 1/256 pixel, half to even.
+/// x and y snapped to 1/256 pixel, half to even, and the bits of the depth.
 #[inline(always)]
-pub(super) fn snap(clip: [f32; 4], view: &View) -> (i32, i32, f32) {
+pub(super) fn snap(clip: [f32; 4], view: &View) -> [i32; 3] {
     // Adding 1.5 · 2⁵² leaves no bit for a fraction: the addition rounds half to even, and the sum's low bits are
     // the whole number. `round_ties_even` would be a call on processors before SSE 4.1.
     let whole = |at: f32| (f64::from(at * SUBPIXELS as f32) + 6_755_399_441_055_744.0).to_bits() as i32;
     let [x, y] = view.pixel(clip);
-    (whole(x), whole(y), clip[2] / clip[3])
+    [whole(x), whole(y), (clip[2] / clip[3]).to_bits() as i32]
 }

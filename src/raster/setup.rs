@@ -1,226 +1,186 @@
-//! Triangles made ready to be filled, and sorted into the tiles that they touch.
+//! Which triangles may cover something, and the tiles of the image that each touches.
 
-use super::SUBPIXELS;
-use super::View;
 use super::clip::{clip, planes};
 use super::fill::TILE;
-use super::screen::{ABOVE, BELOW, CLIP, LEFT, LOST, Projected, RIGHT, snap};
-use crate::numeric::lanes::{BLOCK, wide};
+use super::screen::{CLIP, LOST, Projected, SIDES, snap};
+use super::{SUBPIXELS, View};
+use crate::numeric::lanes::wide;
 use crate::numeric::order::{max, min};
 use glam::Vec3;
 
 /// Triangles that are set up together.
-pub(super) const RUN: usize = 64 * BLOCK;
+pub(super) const RUN: usize = 4096;
 
-/// A triangle that may cover something: at least one pixel centre lies in its box.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ready {
-    /// Corners in 1/256 pixel, and their depths.
-    pub(super) x: [i32; 3],
-    pub(super) y: [i32; 3],
-    pub(super) z: [f32; 3],
-    pub(super) triangle: u32,
-    /// Pixels whose centres lie in its box and in the image: first column and row, and one past the last.
-    pub(super) left: u16,
-    pub(super) top: u16,
-    pub(super) right: u16,
-    pub(super) bottom: u16,
+/// The triangles of a run that may cover something, for each tile those that touch it.
+pub(super) struct Run {
+    /// The index of the run's first triangle.
+    first: u32,
+    /// What clipping left of triangles: one's index in the mesh, and corners.
+    clipped: Vec<(u32, [Projected; 3])>,
+    /// Those of one tile after those of another: places in the run, or from [`RUN`] on in `clipped`.
+    touched: Vec<u32>,
+    /// Where each tile's part of `touched` begins, and where the last ends.
+    begins: Vec<u32>,
 }
 
-/// Three corners, each x and y in 1/256 pixel and depth, of as many triangles as there are lanes.
-struct Corners {
-    x: [[i32; BLOCK]; 3],
-    y: [[i32; BLOCK]; 3],
-    z: [[f32; BLOCK]; 3],
+/// A triangle, as in [`Run::touched`], and the tiles that its box touches, in columns and rows: the first and the last.
+#[derive(Clone, Copy, Default)]
+struct Touching {
+    triangle: u32,
+    left: u8,
+    top: u8,
+    right: u8,
+    bottom: u8,
 }
 
-wide! {
-    /// The triangles of a run that cover something, in order; `first` is the first of `triangles`.
-    pub(super) fn set_up(
+impl Run {
+    /// Sorts the triangles of a run, from the `first` on, into the tiles of a view.
+    pub(super) fn new(
         positions: &[Vec3],
         triangles: &[[u32; 3]],
         vertices: &[Projected],
         view: &View,
         first: usize,
-    ) -> Vec<Ready> {
-        let run = &triangles[first..min(triangles.len(), first + RUN)];
-        let mut ready = Vec::with_capacity(run.len());
-        for (triangles, first) in run.chunks(BLOCK).zip((first..).step_by(BLOCK)) {
-            block(positions, triangles, vertices, view, first as u32, &mut ready);
-        }
-        ready
-    }
-}
-
-#[inline(always)]
-fn block(
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    vertices: &[Projected],
-    view: &View,
-    first: u32,
-    ready: &mut Vec<Ready>,
-) {
-    let mut corners = Corners { x: [[0; BLOCK]; 3], y: [[0; BLOCK]; 3], z: [[0.0; BLOCK]; 3] };
-    // Codes that any corner has, and that all have.
-    let (mut any, mut all) = (0, [0; BLOCK]);
-    for (lane, triangle) in triangles.iter().enumerate() {
-        let [a, b, c] = triangle.map(|corner| vertices[corner as usize]);
-        for (corner, at) in [a, b, c].into_iter().enumerate() {
-            (corners.x[corner][lane], corners.y[corner][lane], corners.z[corner][lane]) = (at.x, at.y, at.z);
-        }
-        any |= a.code | b.code | c.code;
-        all[lane] = a.code & b.code & c.code;
-    }
-    if any & (CLIP | LOST) != 0 {
-        return clipped(positions, triangles, vertices, view, first, ready);
-    }
-    let boxes = Boxes::new(&corners, view);
-    for (lane, triangle) in (first..).take(triangles.len()).enumerate() {
-        if boxes.kept[lane] != 0 && all[lane] & (LEFT | RIGHT | BELOW | ABOVE) == 0 {
-            ready.push(corners.ready(&boxes, lane, triangle));
-        }
-    }
-}
-
-/// A block of triangles some of which must be clipped, one by one.
-#[inline(never)]
-fn clipped(
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    vertices: &[Projected],
-    view: &View,
-    first: u32,
-    ready: &mut Vec<Ready>,
-) {
-    let mut one = |points: [(i32, i32, f32); 3], triangle: u32| {
-        let mut corners = Corners { x: [[0; BLOCK]; 3], y: [[0; BLOCK]; 3], z: [[0.0; BLOCK]; 3] };
-        for (corner, at) in points.into_iter().enumerate() {
-            (corners.x[corner][0], corners.y[corner][0], corners.z[corner][0]) = at;
-        }
-        let boxes = Boxes::new(&corners, view);
-        if boxes.kept[0] != 0 {
-            ready.push(corners.ready(&boxes, 0, triangle));
-        }
-    };
-    for (triangle, corners) in (first..).zip(triangles) {
-        let [a, b, c] = corners.map(|corner| vertices[corner as usize]);
-        let any = a.code | b.code | c.code;
-        if a.code & b.code & c.code & (LEFT | RIGHT | BELOW | ABOVE) != 0 || any & LOST != 0 {
-            continue;
-        }
-        if any & CLIP == 0 {
-            one([(a.x, a.y, a.z), (b.x, b.y, b.z), (c.x, c.y, c.z)], triangle);
-        } else {
-            let polygon = clip(corners.map(|corner| view.project(positions[corner as usize])), &planes(view));
-            let points: Vec<_> = polygon.into_iter().map(|vertex| snap(vertex, view)).collect();
-            for pair in points.windows(2).skip(1) {
-                one([points[0], pair[0], pair[1]], triangle);
+    ) -> Self {
+        let triangles = &triangles[first..min(triangles.len(), first + RUN)];
+        let (mut found, mut clipped) = (Vec::with_capacity(RUN), Vec::new());
+        if touching(triangles, vertices, view, &mut found) {
+            for (triangle, corners) in (first as u32..).zip(triangles) {
+                let points = clip_one(corners, positions, vertices, view);
+                for pair in points.windows(2).skip(1) {
+                    let corners = [points[0], pair[0], pair[1]];
+                    if let Some(touching) = Touching::new((RUN + clipped.len()) as u32, &corners, view) {
+                        clipped.push((triangle, corners));
+                        found.push(touching);
+                    }
+                }
             }
         }
+        let (touched, begins) = sorted(&found, view);
+        Self { first: first as u32, clipped, touched, begins }
+    }
+
+    /// The triangles that touch a tile: one's index in the mesh, and its corners on the screen.
+    #[inline(always)]
+    pub(super) fn touching<'a>(
+        &'a self,
+        tile: usize,
+        triangles: &'a [[u32; 3]],
+        vertices: &'a [Projected],
+    ) -> impl Iterator<Item = (u32, [&'a Projected; 3])> {
+        let touched = &self.touched[self.begins[tile] as usize..self.begins[tile + 1] as usize];
+        touched.iter().map(move |place| match self.clipped.get((*place as usize).wrapping_sub(RUN)) {
+            None => {
+                let triangle = self.first + place;
+                (triangle, triangles[triangle as usize].map(|corner| &vertices[corner as usize]))
+            }
+            Some((triangle, corners)) => (*triangle, corners.each_ref()),
+        })
     }
 }
 
-/// The ranges of pixels whose centres lie in the boxes of triangles, and whether there are any.
-struct Boxes {
-    left: [i32; BLOCK],
-    right: [i32; BLOCK],
-    top: [i32; BLOCK],
-    bottom: [i32; BLOCK],
-    kept: [i32; BLOCK],
-}
-
-impl Boxes {
-    #[inline(always)]
-    fn new(corners: &Corners, view: &View) -> Self {
-        let none = [0; BLOCK];
-        let mut boxes = Self { left: none, right: none, top: none, bottom: none, kept: none };
-        let (width, height) = (view.width as i32, view.height as i32);
-        for lane in 0..BLOCK {
-            let [x, y] = [&corners.x, &corners.y].map(|at| [at[0][lane], at[1][lane], at[2][lane]]);
-            let ((left, right), (top, bottom)) = (centres(x, width), centres(y, height));
-            (boxes.left[lane], boxes.right[lane]) = (left, right);
-            (boxes.top[lane], boxes.bottom[lane]) = (top, bottom);
-            boxes.kept[lane] = i32::from((left < right) & (top < bottom));
+wide! {
+    /// Appends the triangles of a run whose boxes hold the centre of a pixel; whether some must be clipped, which are
+    /// left out.
+    fn touching(
+        triangles: &[[u32; 3]],
+        vertices: &[Projected],
+        view: &View,
+        found: &mut Vec<Touching>,
+    ) -> bool {
+        let mut codes = 0;
+        for (place, [a, b, c]) in (0..).zip(triangles) {
+            let [a, b, c] = [vertices[*a as usize], vertices[*b as usize], vertices[*c as usize]];
+            let any = a[3] | b[3] | c[3];
+            codes |= any;
+            if let Some(touching) = Touching::new(place, &[a, b, c], view)
+                && any & (CLIP | LOST) == 0
+                && a[3] & b[3] & c[3] & SIDES == 0
+            {
+                found.push(touching);
+            }
         }
-        boxes
+        codes & CLIP != 0
     }
 }
 
-/// The range of pixels, of `size`, whose centres lie between the least and the greatest of `at` (1/256 pixel), as
-/// first and one past last.
-#[inline(always)]
-fn centres(at: [i32; 3], size: i32) -> (i32, i32) {
-    let (low, high) = (min(min(at[0], at[1]), at[2]), max(max(at[0], at[1]), at[2]));
-    let half = SUBPIXELS / 2;
-    // ⌈low − ½⌉ and ⌊high − ½⌋ + 1 in pixels; the shift is a division that rounds down.
-    let first = (low + (half - 1)) >> SUBPIXELS.trailing_zeros();
-    let last = ((high - half) >> SUBPIXELS.trailing_zeros()) + 1;
-    (max(first, 0), min(last, size))
-}
-
-impl Corners {
-    /// The triangle of a lane made ready.
+impl Touching {
+    /// Nothing where no pixel's centre lies in the box and in the image.
     #[inline(always)]
-    fn ready(&self, boxes: &Boxes, lane: usize, triangle: u32) -> Ready {
-        Ready {
-            x: [self.x[0][lane], self.x[1][lane], self.x[2][lane]],
-            y: [self.y[0][lane], self.y[1][lane], self.y[2][lane]],
-            z: [self.z[0][lane], self.z[1][lane], self.z[2][lane]],
+    fn new(triangle: u32, [a, b, c]: &[Projected; 3], view: &View) -> Option<Self> {
+        let ([left, top], [right, bottom]) = pixels(a, b, c);
+        let (left, top) = (max(left, 0), max(top, 0));
+        let (right, bottom) = (min(right, view.width as i32), min(bottom, view.height as i32));
+        let tile = |pixel: i32| (pixel as u32 / TILE as u32) as u8;
+        ((left < right) & (top < bottom)).then(|| Self {
             triangle,
-            left: boxes.left[lane] as u16,
-            top: boxes.top[lane] as u16,
-            right: boxes.right[lane] as u16,
-            bottom: boxes.bottom[lane] as u16,
-        }
+            left: tile(left),
+            top: tile(top),
+            right: tile(right - 1),
+            bottom: tile(bottom - 1),
+        })
     }
-}
 
-/// The triangles of a run, in order, and for each tile those that touch it.
-pub(super) struct Run {
-    pub(super) ready: Vec<Ready>,
-    /// Indices into `ready`, those of one tile after those of another, ascending in each; empty where the image has
-    /// one tile, which all touch.
-    pub(super) touched: Vec<u32>,
-    /// Where each tile's part of `touched` begins, and where the last ends.
-    pub(super) begins: Vec<u32>,
-}
-
-impl Run {
-    /// Sorts triangles into `tiles` tiles, `columns` in a row, by counting.
-    pub(super) fn new(ready: Vec<Ready>, columns: usize, tiles: usize) -> Self {
-        if tiles == 1 {
-            return Self { ready, touched: Vec::new(), begins: Vec::new() };
-        }
-        let mut begins = vec![0; tiles + 1];
-        for one in &ready {
-            one.touches(columns, |tile| begins[tile + 1] += 1);
-        }
-        for tile in 0..tiles {
-            begins[tile + 1] += begins[tile];
-        }
-        let mut next: Vec<u32> = begins[..tiles].to_vec();
-        let mut touched = vec![0; begins[tiles] as usize];
-        for (index, one) in (0..).zip(&ready) {
-            one.touches(columns, |tile| {
-                touched[next[tile] as usize] = index;
-                next[tile] += 1;
-            });
-        }
-        Self { ready, touched, begins }
-    }
-}
-
-impl Ready {
-    /// Calls `touch` with the number of each tile that the box touches, `columns` tiles in a row.
+    /// Calls `touch` with the number of each tile, `columns` in a row.
     #[inline(always)]
-    fn touches(&self, columns: usize, mut touch: impl FnMut(usize)) {
-        let [left, top, right, bottom] =
-            [self.left, self.top, self.right - 1, self.bottom - 1].map(|pixel| usize::from(pixel) / TILE);
-        for row in top..=bottom {
-            for column in left..=right {
+    fn tiles(&self, columns: usize, mut touch: impl FnMut(usize)) {
+        for row in usize::from(self.top)..=usize::from(self.bottom) {
+            for column in usize::from(self.left)..=usize::from(self.right) {
                 touch(row * columns + column);
             }
         }
     }
+}
+
+/// The pixels whose centres lie in a triangle's box: the first column and row, and one past the last.
+#[inline(always)]
+pub(super) fn pixels(a: &Projected, b: &Projected, c: &Projected) -> ([i32; 2], [i32; 2]) {
+    let half = SUBPIXELS / 2;
+    // All four numbers of a vertex at once, though two have no pixels: they are one vector.
+    let (mut first, mut last) = ([0; 4], [0; 4]);
+    for i in 0..4 {
+        // ⌈low − ½⌉ and ⌊high − ½⌋ + 1 in pixels; the shift is a division that rounds down.
+        let (low, high) = (min(min(a[i], b[i]), c[i]), max(max(a[i], b[i]), c[i]));
+        first[i] = low.wrapping_add(half - 1) >> SUBPIXELS.trailing_zeros();
+        last[i] = (high.wrapping_sub(half) >> SUBPIXELS.trailing_zeros()) + 1;
+    }
+    ([first[0], first[1]], [last[0], last[1]])
+}
+
+/// What clipping leaves of a triangle: the corners of a convex polygon, none where it need not be clipped.
+#[inline(never)]
+fn clip_one(triangle: &[u32; 3], positions: &[Vec3], vertices: &[Projected], view: &View) -> Vec<Projected> {
+    let [a, b, c] = triangle.map(|corner| vertices[corner as usize][3]);
+    if (a | b | c) & CLIP == 0 || (a | b | c) & LOST != 0 || a & b & c & SIDES != 0 {
+        return Vec::new();
+    }
+    let polygon = clip(triangle.map(|corner| view.project(positions[corner as usize])), &planes(view));
+    let snapped = |vertex| {
+        let [x, y, z] = snap(vertex, view);
+        [x, y, z, 0]
+    };
+    polygon.into_iter().map(snapped).collect()
+}
+
+/// Sorts triangles by the tiles that they touch, by counting: the triangles of one tile after those of another, and
+/// where each tile's begin.
+fn sorted(found: &[Touching], view: &View) -> (Vec<u32>, Vec<u32>) {
+    let columns = view.width.div_ceil(TILE);
+    let tiles = columns * view.height.div_ceil(TILE);
+    let mut begins = vec![0; tiles + 1];
+    for one in found {
+        one.tiles(columns, |tile| begins[tile + 1] += 1);
+    }
+    for tile in 0..tiles {
+        begins[tile + 1] += begins[tile];
+    }
+    let mut next: Vec<u32> = begins[..tiles].to_vec();
+    let mut touched = vec![0; begins[tiles] as usize];
+    for one in found {
+        one.tiles(columns, |tile| {
+            touched[next[tile] as usize] = one.triangle;
+            next[tile] += 1;
+        });
+    }
+    (touched, begins)
 }

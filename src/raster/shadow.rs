@@ -144,17 +144,13 @@ impl ShadowView {
     }
 
     /// The distance from the light of what texel (`x`, `y`) sees at a rasterized `depth` in (0, 1].
-    #[inline]
+    #[inline(always)]
     pub fn texel_distance(&self, x: usize, y: usize, depth: f32) -> f32 {
         let linear = self.view.linear(depth);
-        match self.eye {
-            Some(_) => {
-                let [u, v] = self.view.ndc(x, y);
-                let [x, y] = [u * self.half[0] + self.middle[0], v * self.half[1] + self.middle[1]];
-                linear * length(Vec3::new(x, y, 1.0))
-            }
-            None => linear,
-        }
+        let [u, v] = self.view.ndc(x, y);
+        let [x, y] = [u * self.half[0] + self.middle[0], v * self.half[1] + self.middle[1]];
+        let radial = linear * length(Vec3::new(x, y, 1.0));
+        if self.eye.is_some() { radial } else { linear }
     }
 
     /// Where `point` falls on the map, in texels: (0, 0) is the upper left corner, (½, ½) the first centre.

@@ -131,7 +131,9 @@ impl View {
     /// x/w and y/w of the centre of pixel (`x`, `y`).
     #[inline(always)]
     pub fn ndc(&self, x: usize, y: usize) -> [f32; 2] {
-        [(2 * x + 1) as f32 / self.width as f32 - 1.0, 1.0 - (2 * y + 1) as f32 / self.height as f32]
+        // By way of i32, which vectors convert.
+        let odd = |pixel: usize| (2 * pixel as i32 + 1) as f32;
+        [odd(x) / self.width as f32 - 1.0, 1.0 - odd(y) / self.height as f32]
     }
 
     /// Distance along the view's forward axis, in the scene's unit, of a rasterized depth in (0, 1].

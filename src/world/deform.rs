@@ -6,6 +6,7 @@
 use super::mesh::Mesh;
 use crate::Error;
 use crate::numeric::double::{cos, sin};
+use crate::numeric::parallel;
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
@@ -29,8 +30,13 @@ impl Wave {
         if self.amplitude == 0.0 {
             return Ok(());
         }
-        let vertices = solid.positions.iter().zip(&solid.normals);
-        let (positions, normals) = vertices.map(|(p, n)| self.vertex(*p, *n, time)).unzip();
+        let mut vertices: Vec<_> = solid.positions.iter().copied().zip(solid.normals.iter().copied()).collect();
+        parallel::for_each_chunk(&mut vertices, 4096, |_, vertices| {
+            for (position, normal) in vertices {
+                (*position, *normal) = self.vertex(*position, *normal, time);
+            }
+        });
+        let (positions, normals) = vertices.into_iter().unzip();
         *solid = Mesh::new(positions, Some(normals), solid.triangles.clone())?;
         Ok(())
     }

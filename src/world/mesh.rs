@@ -3,7 +3,10 @@
 use glam::{DVec3, Mat3, Vec3};
 
 use crate::Error;
-use crate::numeric::{order, sum};
+use crate::numeric::{order, parallel, sum};
+
+/// Vertices or triangles that one thread takes together.
+const RUN: usize = 8192;
 
 /// The most vertices that a mesh may have.
 pub const MAX_VERTICES: usize = 1 << 26;
@@ -128,14 +131,22 @@ impl Mesh {
                 .remedy("give one normal a vertex, or none at all"));
             }
             Some(given) => {
-                let mut units: Vec<Option<Vec3>> = given.into_iter().map(|n| unit(DVec3::from(n))).collect();
-                if units.contains(&None) {
+                let mut units = given;
+                parallel::for_each_chunk(&mut units, RUN, |_, normals| {
+                    for normal in normals {
+                        // A zero marks one that has no direction.
+                        *normal = unit(DVec3::from(*normal)).unwrap_or_default();
+                    }
+                });
+                if units.contains(&Vec3::ZERO) {
                     let computed = area_weighted_normals(&positions, &triangles);
                     for (unit, computed) in units.iter_mut().zip(computed) {
-                        unit.get_or_insert(computed);
+                        if *unit == Vec3::ZERO {
+                            *unit = computed;
+                        }
                     }
                 }
-                units.into_iter().flatten().collect()
+                units
             }
         };
         Ok(Self { positions, normals, triangles })
@@ -150,11 +161,16 @@ impl Mesh {
 
     /// The box around the vertices that triangles use: unused ones are often strays far away.
     pub fn bounds(&self) -> Bounds {
-        let first = self.positions[self.triangles[0][0] as usize];
-        self.triangles.iter().flatten().fold(Bounds { low: first, high: first }, |bounds, &corner| {
-            let position = self.positions[corner as usize];
-            Bounds { low: order::min3(bounds.low, position), high: order::max3(bounds.high, position) }
-        })
+        let around = |triangles: &[[u32; 3]]| {
+            let first = self.positions[triangles[0][0] as usize];
+            triangles.iter().flatten().fold(Bounds { low: first, high: first }, |bounds, &corner| {
+                let position = self.positions[corner as usize];
+                bounds.around(Bounds { low: position, high: position })
+            })
+        };
+        let parts: Vec<_> = self.triangles.chunks(RUN).collect();
+        let parts = parallel::map(parts.len(), |part| around(parts[part]));
+        parts.iter().fold(parts[0], |bounds, part| bounds.around(*part))
     }
 
     /// Scales by `scale` about the origin, turns by `rotation`, then moves by `translation` (scene's unit).
@@ -255,6 +271,12 @@ struct Topology {
 }
 
 impl Bounds {
+    /// The box around this one and another.
+    #[inline]
+    fn around(self, other: Self) -> Self {
+        Self { low: order::min3(self.low, other.low), high: order::max3(self.high, other.high) }
+    }
+
     /// The middle of the box.
     pub fn center(self) -> Vec3 {
         self.low * 0.5 + self.high * 0.5

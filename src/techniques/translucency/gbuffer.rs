@@ -51,34 +51,29 @@ pub(super) fn shade<const CHANNELS: usize>(
     for (number, image) in values.chunks_exact_mut(pixels * CHANNELS).enumerate() {
         parallel::for_each_chunk(image, CHANNELS * super::RUN, |chunk, out| {
             let first = chunk * super::RUN;
+            let run = texels[first * 7..min(first + super::RUN, pixels) * 7].as_chunks::<7>().0;
+            // The pixels that see a surface, collected without a branch.
+            let (mut covered, mut count) = ([0_u16; super::RUN], 0);
+            for (pixel, texel) in run.iter().enumerate() {
+                covered[count] = pixel as u16;
+                count += usize::from(texel[6] > 0.0);
+            }
             let (mut points, mut shaded) = (Points::NONE, [[0.0; BLOCK]; CHANNELS]);
-            let mut flush = |points: &mut Points| {
-                shade(number, points, &mut shaded);
-                for lane in 0..points.count {
-                    let out = &mut out[(points.pixel[lane] as usize - first) * CHANNELS..][..CHANNELS];
-                    for (out, shaded) in out.iter_mut().zip(&shaded) {
-                        *out = shaded[lane];
-                    }
-                }
-                points.count = 0;
-            };
-            let run = &texels[first * 7..min(first + super::RUN, pixels) * 7];
-            for (pixel, texel) in (first as u32..).zip(run.as_chunks::<7>().0) {
-                if texel[6] > 0.0 {
-                    let lane = points.count;
-                    points.pixel[lane] = pixel;
+            for covered in covered[..count].chunks(BLOCK) {
+                points.count = covered.len();
+                for (lane, pixel) in covered.iter().enumerate() {
+                    let texel = run[usize::from(*pixel)];
+                    points.pixel[lane] = first as u32 + u32::from(*pixel);
                     for axis in 0..3 {
                         points.position[axis][lane] = texel[axis];
                         points.normal[axis][lane] = texel[3 + axis];
                     }
-                    points.count += 1;
-                    if points.count == BLOCK {
-                        flush(&mut points);
-                    }
                 }
-            }
-            if points.count > 0 {
-                flush(&mut points);
+                shade(number, &points, &mut shaded);
+                let (out, _) = out.as_chunks_mut::<CHANNELS>();
+                for (lane, pixel) in covered.iter().enumerate() {
+                    out[usize::from(*pixel)] = std::array::from_fn(|channel| shaded[channel][lane]);
+                }
             }
         });
     }

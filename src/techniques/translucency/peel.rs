@@ -2,8 +2,10 @@
 //! (§3, Everitt 2001): where the light that entered at the first surface leaves again.
 
 use super::Frame;
+use super::shadow::distances_of;
+use crate::numeric::parallel;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
-use crate::raster::{NONE, visibility};
+use crate::raster::visibility;
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -20,17 +22,15 @@ pub(super) const PASS: Pass<Frame> = Pass {
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let shadow = inputs.get("translucency.shadow");
     let size = frame.settings.shadow;
-    let mut values = Vec::with_capacity(frame.casters.len() * size * size);
-    for (number, caster) in frame.casters.iter().enumerate() {
+    let mut values = vec![0.0; frame.casters.len() * size * size];
+    let maps = values.chunks_exact_mut(size * size);
+    for (number, (caster, map)) in frame.casters.iter().zip(maps).enumerate() {
         let first: Vec<f32> = shadow.slice(number).chunks_exact(2).map(|texel| texel[1]).collect();
         let solid = &frame.solid;
         let visible = visibility(&solid.positions, &solid.triangles, &caster.shadow.view, Some(&first));
-        values.extend(visible.triangle.iter().zip(&visible.depth).enumerate().map(
-            |(index, (triangle, depth))| match *triangle {
-                NONE => 0.0,
-                _ => caster.shadow.texel_distance(index % size, index / size, *depth),
-            },
-        ));
+        parallel::for_each_chunk(map, size, |row, out| {
+            distances_of(&caster.shadow, row, &visible.depth[row * size..][..size], out);
+        });
     }
     Buffer::f32(&[frame.casters.len(), size, size], values)
 }

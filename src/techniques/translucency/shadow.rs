@@ -5,8 +5,9 @@
 //! `peel` tells the second surface from the first without rounding. Both are 0 where the light sees nothing.
 
 use super::Frame;
+use crate::numeric::{lanes::wide, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
-use crate::raster::{NONE, visibility};
+use crate::raster::{ShadowView, visibility};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -22,17 +23,28 @@ pub(super) const PASS: Pass<Frame> = Pass {
 
 fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
     let size = frame.settings.shadow;
-    let mut values = Vec::with_capacity(frame.casters.len() * size * size * 2);
-    for caster in &frame.casters {
+    let mut values = vec![0.0; frame.casters.len() * size * size * 2];
+    for (caster, map) in frame.casters.iter().zip(values.chunks_exact_mut(size * size * 2)) {
         let solid = &frame.solid;
         let visible = visibility(&solid.positions, &solid.triangles, &caster.shadow.view, None);
-        for (index, (triangle, depth)) in visible.triangle.iter().zip(&visible.depth).enumerate() {
-            let distance = match *triangle {
-                NONE => 0.0,
-                _ => caster.shadow.texel_distance(index % size, index / size, *depth),
-            };
-            values.extend([distance, *depth]);
-        }
+        parallel::for_each_chunk(map, size * 2, |row, out| {
+            let depths = &visible.depth[row * size..][..size];
+            let mut distances = vec![0.0; size];
+            distances_of(&caster.shadow, row, depths, &mut distances);
+            for (out, (distance, depth)) in out.as_chunks_mut::<2>().0.iter_mut().zip(distances.iter().zip(depths)) {
+                *out = [*distance, *depth];
+            }
+        });
     }
     Buffer::f32(&[frame.casters.len(), size, size, 2], values)
+}
+
+wide! {
+    /// The distances of what a row of texels sees at rasterized depths; 0 where one sees nothing, whose depth is 0.
+    pub(super) fn distances_of(shadow: &ShadowView, row: usize, depths: &[f32], out: &mut [f32]) {
+        for (x, (out, depth)) in out.iter_mut().zip(depths).enumerate() {
+            let distance = shadow.texel_distance(x, row, *depth);
+            *out = if *depth > 0.0 { distance } else { 0.0 };
+        }
+    }
 }
