@@ -3,8 +3,10 @@
 //!
 //! Without the feature `threads` the same functions run on the caller's thread.
 
+use super::order::max;
 #[cfg(feature = "threads")]
 use rayon::prelude::*;
+use std::mem::MaybeUninit;
 
 /// Calls `work(index, chunk)` for each run of `length` items of `data` (the last may be shorter).
 pub fn for_each_chunk<T: Send>(data: &mut [T], length: usize, work: impl Fn(usize, &mut [T]) + Sync) {
@@ -12,6 +14,35 @@ pub fn for_each_chunk<T: Send>(data: &mut [T], length: usize, work: impl Fn(usiz
     data.par_chunks_mut(length).enumerate().for_each(|(index, chunk)| work(index, chunk));
     #[cfg(not(feature = "threads"))]
     data.chunks_mut(length).enumerate().for_each(|(index, chunk)| work(index, chunk));
+}
+
+/// `count` images of `each` items, one after the other, made in runs of `length` items of one image (an image's last may
+/// be shorter): `work(image, run, items)` finds them all `empty`.
+///
+/// A run is emptied just before `work` gets it, by the same thread, while it is in the cache: emptying a whole vector
+/// first costs as much as a cheap pass.
+pub fn images<T: Copy + Send + Sync>(
+    [count, each]: [usize; 2],
+    length: usize,
+    empty: T,
+    work: impl Fn(usize, usize, &mut [T]) + Sync,
+) -> Vec<T> {
+    let mut all = Vec::with_capacity(count * each);
+    for (image, items) in all.spare_capacity_mut()[..count * each].chunks_exact_mut(max(each, 1)).enumerate()
+    {
+        for_each_chunk(items, length, |run, items| {
+            items.fill(MaybeUninit::new(empty));
+            #[expect(unsafe_code, reason = "items that were just written, as such")]
+            // SAFETY: every item was written, and T, being Copy, needs no drop.
+            work(image, run, unsafe { &mut *(items as *mut [MaybeUninit<T>] as *mut [T]) });
+        });
+    }
+    #[expect(unsafe_code, reason = "the vector's items were written in place")]
+    // SAFETY: the runs of all images are all count · each items, and each was written.
+    unsafe {
+        all.set_len(count * each);
+    }
+    all
 }
 
 /// `(0..count).map(item)`, in order.

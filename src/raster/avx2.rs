@@ -51,7 +51,8 @@ fn draw(tile: &mut Tile, triangle: u32, [a, b, c]: [__m128i; 3], from: [usize; 2
     let dz = _mm_sub_ps(z_next, z);
     // Twice the area: (x₁−x₀)(y₂−y₀) − (x₂−x₀)(y₁−y₀), with the differences of the first and the last edge.
     let crossed = _mm_mullo_epi32(dx, _mm_shuffle_epi32::<0b10>(dy));
-    let area = _mm_extract_epi32::<2>(_mm_mullo_epi32(dx, _mm_shuffle_epi32::<0>(dy))) - _mm_cvtsi128_si32(crossed);
+    let area =
+        _mm_extract_epi32::<2>(_mm_mullo_epi32(dx, _mm_shuffle_epi32::<0>(dy))) - _mm_cvtsi128_si32(crossed);
     if area == 0 {
         return;
     }
@@ -59,7 +60,8 @@ fn draw(tile: &mut Tile, triangle: u32, [a, b, c]: [__m128i; 3], from: [usize; 2
     // The edge functions at the first centre, ≥ 0 inside, and their changes along x and y; where the area is negative the
     // edges run the other way round. `fill::kept` is dy < 1 where dx > 0 and dy < 0 elsewhere, −1 where true.
     let (zero, turn) = (_mm_setzero_si128(), _mm_set1_epi32(area >> 31));
-    let (dx, dy) = (_mm_sub_epi32(_mm_xor_si128(dx, turn), turn), _mm_sub_epi32(_mm_xor_si128(dy, turn), turn));
+    let (dx, dy) =
+        (_mm_sub_epi32(_mm_xor_si128(dx, turn), turn), _mm_sub_epi32(_mm_xor_si128(dy, turn), turn));
     let kept = _mm_cmpgt_epi32(_mm_sub_epi32(zero, _mm_cmpgt_epi32(dx, zero)), dy);
     let start = _mm_sub_epi32(
         _mm_mullo_epi32(dx, _mm_sub_epi32(_mm_set1_epi32(centre(from[1])), y)),

@@ -63,18 +63,22 @@ pub fn visibility(
         }
         tile
     });
-    let mut whole = Visibility {
-        triangle: vec![NONE; view.width * view.height],
-        depth: vec![0.0; view.width * view.height],
+    let row = |y: usize| {
+        tiles[y / TILE * columns..][..columns].iter().map(move |tile| (tile, &tile.rows[y % TILE]))
     };
-    let row = |y: usize| tiles[y / TILE * columns..][..columns].iter().map(move |tile| (tile, &tile.rows[y % TILE]));
-    parallel::for_each_chunk(&mut whole.triangle, view.width, |y, to| {
-        row(y).for_each(|(tile, row)| to[tile.left..][..tile.width].copy_from_slice(&row.triangle[..tile.width]));
-    });
-    parallel::for_each_chunk(&mut whole.depth, view.width, |y, to| {
-        row(y).for_each(|(tile, row)| to[tile.left..][..tile.width].copy_from_slice(&row.depth[..tile.width]));
-    });
-    whole
+    let size = [1, view.width * view.height];
+    Visibility {
+        triangle: parallel::images(size, view.width, NONE, |_, y, to| {
+            row(y).for_each(|(tile, row)| {
+                to[tile.left..][..tile.width].copy_from_slice(&row.triangle[..tile.width])
+            });
+        }),
+        depth: parallel::images(size, view.width, 0.0, |_, y, to| {
+            row(y).for_each(|(tile, row)| {
+                to[tile.left..][..tile.width].copy_from_slice(&row.depth[..tile.width])
+            });
+        }),
+    }
 }
 
 /// A part of the image that one thread fills.
@@ -132,7 +136,8 @@ impl Tile {
         let edge = |i: usize, j: usize| {
             let dx = sign * i64::from(screen.x[j] - screen.x[i]);
             let dy = sign * i64::from(screen.y[j] - screen.y[i]);
-            let start = dx * i64::from(centre(top) - screen.y[i]) - dy * i64::from(centre(left) - screen.x[i]);
+            let start =
+                dx * i64::from(centre(top) - screen.y[i]) - dy * i64::from(centre(left) - screen.x[i]);
             let step = i64::from(SUBPIXELS);
             (narrow(start - i64::from(!kept(dx, dy))), narrow(-dy * step), narrow(dx * step))
         };

@@ -30,7 +30,8 @@ impl Wave {
         if self.amplitude == 0.0 {
             return Ok(());
         }
-        let mut vertices: Vec<_> = solid.positions.iter().copied().zip(solid.normals.iter().copied()).collect();
+        let mut vertices: Vec<_> =
+            solid.positions.iter().copied().zip(solid.normals.iter().copied()).collect();
         parallel::for_each_chunk(&mut vertices, 4096, |_, vertices| {
             for (position, normal) in vertices {
                 (*position, *normal) = self.vertex(*position, *normal, time);

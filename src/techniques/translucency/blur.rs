@@ -11,7 +11,7 @@
 //! centre; it also stands for what lies outside the map, where the light sees nothing either.
 
 use super::{Frame, Reading};
-use crate::numeric::{double::exp, parallel};
+use crate::numeric::{double::exp, lanes::wide, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -80,30 +80,40 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
 ///
 /// One tap at a time over a whole row: a texel's sum is taken in the order of the taps, many texels at once.
 fn convolved(map: &[f32], size: usize, taps: &[(isize, f32)], outside: f32) -> Vec<f32> {
-    let mut rows = vec![0.0; map.len()];
-    parallel::for_each_chunk(&mut rows, size, |row, out| {
-        let from = &map[row * size..][..size];
+    let rows = parallel::images([1, map.len()], size, 0.0, |_, row, out| {
+        along(&map[row * size..][..size], taps, outside, out);
+    });
+    parallel::images([1, map.len()], size, 0.0, |_, row, out| across(&rows, row, taps, outside, out))
+}
+
+wide! {
+    /// Convolves a row.
+    fn along(row: &[f32], taps: &[(isize, f32)], outside: f32, out: &mut [f32]) {
+        let size = row.len();
         for (offset, weight) in taps {
             // Where the tap falls on the map: the first texel that it serves, the first that it reads, and how many.
             let count = size.saturating_sub(offset.unsigned_abs());
             let (to, first) = if *offset < 0 { (size - count, 0) } else { (0, size - count) };
             let (left, rest) = out.split_at_mut(to);
             let (served, right) = rest.split_at_mut(count);
-            served.iter_mut().zip(&from[first..]).for_each(|(out, value)| *out += weight * value);
+            served.iter_mut().zip(&row[first..]).for_each(|(out, value)| *out += weight * value);
             left.iter_mut().chain(right).for_each(|out| *out += weight * outside);
         }
-    });
-    let mut columns = vec![0.0; map.len()];
-    parallel::for_each_chunk(&mut columns, size, |row, out| {
+    }
+}
+
+wide! {
+    /// Convolves the columns of a map in one row.
+    fn across(map: &[f32], row: usize, taps: &[(isize, f32)], outside: f32, out: &mut [f32]) {
+        let size = out.len();
         for (offset, weight) in taps {
             match row.checked_add_signed(*offset).filter(|from| *from < size) {
                 Some(from) => {
-                    let from = &rows[from * size..][..size];
+                    let from = &map[from * size..][..size];
                     out.iter_mut().zip(from).for_each(|(out, value)| *out += weight * value);
                 }
                 None => out.iter_mut().for_each(|out| *out += weight * outside),
             }
         }
-    });
-    columns
+    }
 }

@@ -67,21 +67,19 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
         let view = face_view(frame, FACES[face]);
         (visibility(&solid.positions, &solid.triangles, &view, None).triangle, view)
     });
-    let mut values = vec![0.0; frame.lights.len() * 6 * size * size * 4];
-    for (number, image) in values.chunks_exact_mut(size * size * 4).enumerate() {
+    let images = [frame.lights.len() * 6, size * size * 4];
+    let values = parallel::images(images, 4 * super::RUN, 0.0, |number, chunk, out| {
         let (light, (seen, view)) = (number / 6, &faces[number % 6]);
-        parallel::for_each_chunk(image, 4 * super::RUN, |chunk, out| {
-            let first = chunk * super::RUN;
-            surfaces(solid, view, &seen[first..][..out.len() / 4], first, |points| {
-                for lane in 0..points.count {
-                    let (irradiance, cosine) =
-                        illuminated(frame, light, points.position(lane), points.normal(lane));
-                    let at = (points.pixel[lane] as usize - first) * 4;
-                    out[at..at + 4].copy_from_slice(&[irradiance.x, irradiance.y, irradiance.z, cosine]);
-                }
-            });
+        let first = chunk * super::RUN;
+        surfaces(solid, view, &seen[first..][..out.len() / 4], first, |points| {
+            for lane in 0..points.count {
+                let (irradiance, cosine) =
+                    illuminated(frame, light, points.position(lane), points.normal(lane));
+                let at = (points.pixel[lane] as usize - first) * 4;
+                out[at..at + 4].copy_from_slice(&[irradiance.x, irradiance.y, irradiance.z, cosine]);
+            }
         });
-    }
+    });
     Buffer::f32(&[frame.lights.len(), 6, size, size, 4], values)
 }
 

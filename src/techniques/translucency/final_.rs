@@ -26,8 +26,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let [gbuffer, radiosity, attenuation, direct] = ["gbuffer", "radiosity", "attenuation", "direct"]
         .map(|pass| inputs.get(&format!("translucency.{pass}")).as_f32());
     let pixels = frame.view.width * frame.view.height;
-    let mut values = vec![0.0; pixels * 3];
-    parallel::for_each_chunk(&mut values, 3 * super::RUN, |chunk, out| {
+    let values = parallel::images([1, pixels * 3], 3 * super::RUN, 0.0, |_, chunk, out| {
         let first = chunk * super::RUN;
         for light in 0..frame.lights.len() {
             let of =

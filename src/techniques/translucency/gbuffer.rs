@@ -22,8 +22,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let seen = inputs.get("translucency.visibility").as_u32();
     let view = &frame.view;
     let forward = view.clip_from_world[3];
-    let mut values = vec![0.0; seen.len() * 7];
-    parallel::for_each_chunk(&mut values, 7 * super::RUN, |chunk, out| {
+    let values = parallel::images([1, seen.len() * 7], 7 * super::RUN, 0.0, |_, chunk, out| {
         let first = chunk * super::RUN;
         surfaces(&frame.solid, view, &seen[first..][..out.len() / 7], first, |points| {
             for lane in 0..points.count {
@@ -47,35 +46,33 @@ pub(super) fn shade<const CHANNELS: usize>(
     shade: impl Fn(usize, &Points, &mut [[f32; BLOCK]; CHANNELS]) + Sync,
 ) -> Buffer {
     let (pixels, texels) = (frame.view.width * frame.view.height, gbuffer.as_f32());
-    let mut values = vec![0.0; count * pixels * CHANNELS];
-    for (number, image) in values.chunks_exact_mut(pixels * CHANNELS).enumerate() {
-        parallel::for_each_chunk(image, CHANNELS * super::RUN, |chunk, out| {
-            let first = chunk * super::RUN;
-            let run = texels[first * 7..min(first + super::RUN, pixels) * 7].as_chunks::<7>().0;
-            // The pixels that see a surface, collected without a branch.
-            let (mut covered, mut count) = ([0_u16; super::RUN], 0);
-            for (pixel, texel) in run.iter().enumerate() {
-                covered[count] = pixel as u16;
-                count += usize::from(texel[6] > 0.0);
-            }
-            let (mut points, mut shaded) = (Points::NONE, [[0.0; BLOCK]; CHANNELS]);
-            for covered in covered[..count].chunks(BLOCK) {
-                points.count = covered.len();
-                for (lane, pixel) in covered.iter().enumerate() {
-                    let texel = run[usize::from(*pixel)];
-                    points.pixel[lane] = first as u32 + u32::from(*pixel);
-                    for axis in 0..3 {
-                        points.position[axis][lane] = texel[axis];
-                        points.normal[axis][lane] = texel[3 + axis];
-                    }
-                }
-                shade(number, &points, &mut shaded);
-                let (out, _) = out.as_chunks_mut::<CHANNELS>();
-                for (lane, pixel) in covered.iter().enumerate() {
-                    out[usize::from(*pixel)] = std::array::from_fn(|channel| shaded[channel][lane]);
+    let size = [count, pixels * CHANNELS];
+    let values = parallel::images(size, CHANNELS * super::RUN, 0.0, |number, chunk, out| {
+        let first = chunk * super::RUN;
+        let run = texels[first * 7..min(first + super::RUN, pixels) * 7].as_chunks::<7>().0;
+        // The pixels that see a surface, collected without a branch.
+        let (mut covered, mut count) = ([0_u16; super::RUN], 0);
+        for (pixel, texel) in run.iter().enumerate() {
+            covered[count] = pixel as u16;
+            count += usize::from(texel[6] > 0.0);
+        }
+        let (mut points, mut shaded) = (Points::NONE, [[0.0; BLOCK]; CHANNELS]);
+        for covered in covered[..count].chunks(BLOCK) {
+            points.count = covered.len();
+            for (lane, pixel) in covered.iter().enumerate() {
+                let texel = run[usize::from(*pixel)];
+                points.pixel[lane] = first as u32 + u32::from(*pixel);
+                for axis in 0..3 {
+                    points.position[axis][lane] = texel[axis];
+                    points.normal[axis][lane] = texel[3 + axis];
                 }
             }
-        });
-    }
+            shade(number, &points, &mut shaded);
+            let (out, _) = out.as_chunks_mut::<CHANNELS>();
+            for (lane, pixel) in covered.iter().enumerate() {
+                out[usize::from(*pixel)] = std::array::from_fn(|channel| shaded[channel][lane]);
+            }
+        }
+    });
     Buffer::f32(&[count, frame.view.height, frame.view.width, CHANNELS], values)
 }

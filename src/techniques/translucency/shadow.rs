@@ -31,7 +31,9 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
             let depths = &visible.depth[row * size..][..size];
             let mut distances = vec![0.0; size];
             distances_of(&caster.shadow, row, depths, &mut distances);
-            for (out, (distance, depth)) in out.as_chunks_mut::<2>().0.iter_mut().zip(distances.iter().zip(depths)) {
+            for (out, (distance, depth)) in
+                out.as_chunks_mut::<2>().0.iter_mut().zip(distances.iter().zip(depths))
+            {
                 *out = [*distance, *depth];
             }
         });

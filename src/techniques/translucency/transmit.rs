@@ -20,8 +20,7 @@ pub(super) const PASS: Pass<Frame> = Pass {
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let cubemap = inputs.get("translucency.cubemap");
     let texels = cubemap.as_f32();
-    let mut values = vec![0.0; texels.len() / 4 * 3];
-    parallel::for_each_chunk(&mut values, 3 * super::RUN, |chunk, out| {
+    let values = parallel::images([1, texels.len() / 4 * 3], 3 * super::RUN, 0.0, |_, chunk, out| {
         let texels = texels[chunk * super::RUN * 4..].chunks_exact(4);
         for (out, texel) in out.chunks_exact_mut(3).zip(texels) {
             let transmittance = frame.medium.transmittance(texel[3]);
