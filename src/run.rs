@@ -7,6 +7,7 @@ use crate::scene::{Assets, Origin, Radiance, Scene, Solid, Source};
 use crate::sphere::environment::{LatLong, constant};
 use crate::sphere::probes;
 use crate::techniques::translucency;
+use crate::world::decimate::decimate;
 use crate::world::light::Light;
 use crate::world::mesh::Mesh;
 use crate::world::{obj, shapes};
@@ -250,6 +251,9 @@ fn solid(solid: &Solid, assets: &Assets) -> Result<Mesh, Error> {
             shape(name, *resolution, *extents).map_err(|error| error.key("solid.resolution"))?
         }
     };
+    if solid.triangles > 0 {
+        mesh = decimate(mesh, solid.triangles).map_err(|error| error.key("solid.triangles"))?;
+    }
     let bounds = mesh.bounds();
     let longest = (bounds.high - bounds.low).max_element();
     let scale = solid.size.map_or(1.0, |size| size / longest);

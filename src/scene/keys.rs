@@ -146,6 +146,14 @@ pub const KEYS: &[Key] = &[
     ),
     key(
         "solid",
+        "triangles",
+        Kind::Whole(0.0, 67_108_864.0),
+        Some("0"),
+        "",
+        "Decimates what has more triangles than this; 0 leaves the file or shape as it is.",
+    ),
+    key(
+        "solid",
         "size",
         Kind::Number(1e-9, 1e12),
         None,

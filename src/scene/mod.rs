@@ -60,6 +60,8 @@ pub struct Scene {
 pub struct Solid {
     /// Where it comes from.
     pub origin: Origin,
+    /// The most triangles that it may have; 0 for as many as it has.
+    pub triangles: usize,
     /// Length of its longest side; `None` to leave it as it is.
     pub size: Option<f32>,
     /// Degrees about the vertical.
@@ -498,7 +500,8 @@ impl Reader {
             }
         };
         let size = self.number("solid", "size").map(|size| size as f32);
-        Ok(Solid { origin, size, turn: self.real("solid", "turn"), center: self.vector("solid", "center")? })
+        let (triangles, turn) = (self.whole("solid", "triangles"), self.real("solid", "turn"));
+        Ok(Solid { origin, triangles, size, turn, center: self.vector("solid", "center")? })
     }
 
     fn wave(&self) -> Wave {

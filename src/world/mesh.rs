@@ -294,7 +294,7 @@ impl Bounds {
 }
 
 /// For each value the lowest index that holds an equal one; −0 equals +0.
-fn first_equal(values: &[Vec3]) -> Vec<u32> {
+pub(super) fn first_equal(values: &[Vec3]) -> Vec<u32> {
     let mut keyed: Vec<([u32; 3], u32)> =
         (0u32..).zip(values).map(|(i, &v)| ((v + Vec3::ZERO).to_array().map(f32::to_bits), i)).collect();
     keyed.sort_unstable();
@@ -306,13 +306,13 @@ fn first_equal(values: &[Vec3]) -> Vec<u32> {
 }
 
 /// Whether a vertex may lie at `position`.
-fn in_range(position: Vec3) -> bool {
+pub(super) fn in_range(position: Vec3) -> bool {
     position.to_array().iter().all(|coordinate| coordinate.abs() <= MAX_COORDINATE) // false for NaN
 }
 
 /// The cross product of two edges: along the normal, as long as twice the area. In `f64` the products of
 /// neighbouring `f32` coordinates are exact, so corners on a line give exactly zero.
-fn doubled_area(positions: &[Vec3], triangle: [u32; 3]) -> DVec3 {
+pub(super) fn doubled_area(positions: &[Vec3], triangle: [u32; 3]) -> DVec3 {
     let [a, b, c] = triangle.map(|corner| DVec3::from(positions[corner as usize]));
     (b - a).cross(c - a)
 }

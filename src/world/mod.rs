@@ -1,6 +1,7 @@
 //! What a frame is made of: meshes and the procedural shapes, cameras, lights and materials.
 
 pub mod camera;
+pub mod decimate;
 pub mod deform;
 pub mod light;
 pub mod medium;

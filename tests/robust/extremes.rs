@@ -180,6 +180,12 @@ fn solids_of_odd_sizes() {
         (&["solid.extents=[1e-30,1e-30,1e-30]", "solid.size=1"], Lit),
         (&["solid.extents=[1,1e-9,1]"], Refused("solid.extents: have a side of under")),
         (&["solid.extents=[1e12,1e12,1e12]", "solid.size=1"], Lit),
+        (&["solid.triangles=12"], Lit),
+        (
+            &["solid.triangles=1"],
+            Refused("a.toml: solid.triangles: the mesh cannot have fewer than 4 triangles"),
+        ),
+        (&["solid.triangles=-1"], Refused("solid.triangles: is -1, and takes a whole number from 0 to")),
     ]);
 }
 
