@@ -300,6 +300,81 @@ fn a_scene_without_its_asset_is_reported_as_skipped() {
     assert!(stdout(&output).contains("0 passed, 0 failed, 1 skipped"));
 }
 
+/// A file with one layer of four pixels.
+fn four(path: &str, layer: &str, channels: &[(&str, [f32; 4])]) {
+    use bitlight::pass::{Channel, Data, Layer, exr};
+    let channels = channels
+        .iter()
+        .map(|(name, values)| Channel { name: (*name).into(), data: Data::F32(values.to_vec()) });
+    let layer = Layer { name: layer.into(), width: 4, height: 1, channels: channels.collect() };
+    exr::write(Path::new(path), &[layer]).unwrap();
+}
+
+#[test]
+fn join_puts_images_on_one_scale_and_their_difference_beside_them() {
+    let (_keep, base) = folder();
+    let [a, b, c, out] = ["a.exr", "b.exr", "c.exr", "out.png"].map(|name| format!("{base}/{name}"));
+    // The greatest value of both is white; 0.1 apart is white ten times over, 0.05 a half.
+    four(
+        &a,
+        "t.b.light0",
+        &[("R", [1.0, 0.5, 0.0, 0.2]), ("G", [1.0, 0.5, 0.0, 0.2]), ("B", [0.0, 0.5, 0.0, 0.2])],
+    );
+    four(
+        &b,
+        "t.b.light0",
+        &[("R", [0.9, 0.5, 0.0, 0.25]), ("G", [1.0, 0.5, 0.0, 0.2]), ("B", [0.0, 0.5, 0.0, 0.2])],
+    );
+    let joined = bitlight(&["join", &format!("{a}:b"), &b, "--difference", "10", "-o", &out]);
+    assert!(joined.status.success(), "{}", stderr(&joined));
+    assert_eq!(stdout(&joined), format!("{out}\n"));
+    let picture = image::open(&out).unwrap().into_rgb8();
+    assert_eq!(picture.dimensions(), (3 * (4 + 12) + 12, 1 + 20 + 2 * 12));
+    let row = |index: u32| (0..4).map(|x| picture.get_pixel(12 + index * 16 + x, 12).0).collect::<Vec<_>>();
+    // 188, 124 and 137 are the sRGB codes of 0.5, 0.2 and 0.25.
+    assert_eq!(row(0), [[255, 255, 0], [188; 3], [0; 3], [124; 3]]);
+    assert_eq!(row(1), [[243, 255, 0], [188; 3], [0; 3], [137, 124, 124]]);
+    assert_eq!(row(2), [[255, 0, 0], [0; 3], [0; 3], [188, 0, 0]]);
+    // Another layer has a scale of its own, and one channel is grey.
+    four(&c, "t.c", &[("Y", [8.0, 4.0, 0.0, -1.0])]);
+    assert!(bitlight(&["join", &a, &format!("{c}:t.c"), "-o", &out]).status.success());
+    let picture = image::open(&out).unwrap().into_rgb8();
+    assert_eq!([0, 1, 2, 3].map(|x| picture.get_pixel(28 + x, 12).0), [[255; 3], [188; 3], [0; 3], [0; 3]]);
+
+    let depth = format!("{base}/depth.exr");
+    four(&depth, "t.g", &[("nx", [0.0; 4]), ("depth", [0.0; 4])]);
+    std::fs::remove_file(&out).unwrap();
+    let cases: [(&[&str], &str); 7] = [
+        (&[&a, "--difference", "10"], "of two images"),
+        (&[&a, &c, "--difference", "10"], "differ in size or channels"),
+        (&[&a, &b, "--difference", "0"], "no gain"),
+        (&[&format!("{a}:final")], "has no layer final; it has t.b.light0"),
+        (&[&format!("{base}/none.exr")], "none.exr"),
+        (&[&depth], "is no picture"),
+        (&[&a, "--label", "a", "--label", "b"], "2 labels for 1 images"),
+    ];
+    for (arguments, part) in cases {
+        let refused = bitlight(&[&["join", "-o", &out], arguments].concat());
+        assert!(refused.status.code() == Some(2) && stderr(&refused).contains(part), "{}", stderr(&refused));
+    }
+    assert!(!Path::new(&out).exists(), "what is refused writes nothing");
+}
+
+#[test]
+fn figures_say_what_they_need() {
+    let figures = |argument: &str| {
+        let mut command = Command::new("bash");
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/figures.sh");
+        command.arg(script).arg(argument).env_remove("BITLIGHT_ASSETS").output().unwrap()
+    };
+    let help = figures("--help");
+    assert!(help.status.success() && stdout(&help).contains("difference times 10"), "{}", stderr(&help));
+    for (argument, part) in [("6", "set BITLIGHT_ASSETS to the folder"), ("7", "there is no figure 7")] {
+        let refused = figures(argument);
+        assert!(refused.status.code() == Some(2) && stderr(&refused).contains(part), "{}", stderr(&refused));
+    }
+}
+
 #[test]
 fn passes_lists_every_pass_with_its_equation() {
     let text = stdout(&bitlight(&["passes", "translucency"]));

@@ -8,6 +8,7 @@ mod export;
 mod font;
 mod info;
 mod init;
+mod join;
 mod passes;
 mod progress;
 mod render;
@@ -46,6 +47,8 @@ enum Command {
     Bless(bless::Arguments),
     /// Compare two dumps pass by pass: how far they differ, where first, and which pass diverges first
     Diff(diff::Arguments),
+    /// Put images of EXR files side by side into one picture, with their difference if that is asked for
+    Join(join::Arguments),
     /// Write what reproducing a frame elsewhere takes: mesh, matrices, conventions, as files that tools open
     Export(export::Arguments),
     /// List the passes: equation, inputs, outputs
@@ -82,6 +85,7 @@ pub fn main() -> ExitCode {
         Command::Verify(arguments) => arguments.run(),
         Command::Bless(arguments) => arguments.run(),
         Command::Diff(arguments) => arguments.run(),
+        Command::Join(arguments) => arguments.run(),
         Command::Export(arguments) => arguments.run(),
         Command::Passes(arguments) => arguments.run(),
         Command::Info(arguments) => arguments.run(),

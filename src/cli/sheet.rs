@@ -25,11 +25,11 @@ const COLUMNS: usize = 5;
 const MOST: usize = 500;
 
 /// An image of the sheet: a name, and RGB in sRGB code values.
-struct Picture {
-    name: String,
-    width: usize,
-    height: usize,
-    rgb: Vec<[u8; 3]>,
+pub(super) struct Picture {
+    pub(super) name: String,
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) rgb: Vec<[u8; 3]>,
 }
 
 /// A drawn sheet.
@@ -46,18 +46,33 @@ pub(super) fn draw(kept: &[(Info, Buffer)]) -> Result<Option<Sheet>, Error> {
     if pictures.len() < 2 {
         return Ok(None);
     }
-    let columns = COLUMNS.min(pictures.len());
-    let (width, height) =
-        (GAP + columns * (CELL + GAP), GAP + pictures.len().div_ceil(columns) * (CELL + TEXT + GAP));
-    let too_large = || Error::new("the sheet of passes is too large").remedy("ask for fewer passes");
+    drawn(&pictures, COLUMNS, [CELL; 2]).map(Some)
+}
+
+/// Draws pictures in one row, none of them made smaller.
+///
+/// # Errors
+/// A sheet that is too large to draw.
+pub(super) fn side_by_side(pictures: &[Picture]) -> Result<Sheet, Error> {
+    let width = pictures.iter().map(|picture| picture.width).max().unwrap_or(1);
+    let height = pictures.iter().map(|picture| picture.height).max().unwrap_or(1);
+    drawn(pictures, pictures.len(), [width, height])
+}
+
+/// Draws pictures into cells of a width and a height, row by row.
+fn drawn(pictures: &[Picture], columns: usize, cell: [usize; 2]) -> Result<Sheet, Error> {
+    let columns = columns.min(pictures.len());
+    let pitch = [cell[0] + GAP, cell[1] + TEXT + GAP];
+    let (width, height) = (GAP + columns * pitch[0], GAP + pictures.len().div_ceil(columns) * pitch[1]);
+    let too_large = || Error::new("the sheet is too large").remedy("ask for fewer or smaller images");
     let mut sheet = Pixmap::new(width as u32, height as u32).ok_or_else(too_large)?;
     sheet.fill(Color::from_rgba8(24, 24, 28, 255));
     for (index, picture) in pictures.iter().enumerate() {
-        let (left, top) = (GAP + index % columns * (CELL + GAP), GAP + index / columns * (CELL + TEXT + GAP));
-        place(&mut sheet, picture, left, top);
-        font::draw(&mut sheet, &picture.name, left as f32, (top + CELL + 5) as f32);
+        let (left, top) = (GAP + index % columns * pitch[0], GAP + index / columns * pitch[1]);
+        place(&mut sheet, picture, cell, left, top);
+        font::draw(&mut sheet, &picture.name, left as f32, (top + cell[1] + 5) as f32);
     }
-    Ok(Some(Sheet(sheet)))
+    Ok(Sheet(sheet))
 }
 
 impl Sheet {
@@ -72,14 +87,15 @@ impl Sheet {
 }
 
 /// Draws a picture into its cell, as large as fits: whole texels where it grows, the nearest where it shrinks.
-fn place(sheet: &mut Pixmap, picture: &Picture, left: usize, top: usize) {
-    let longer = picture.width.max(picture.height);
+fn place(sheet: &mut Pixmap, picture: &Picture, cell: [usize; 2], left: usize, top: usize) {
     let pitch = sheet.width() as usize;
-    let (width, height) = (picture.width * CELL / longer, picture.height * CELL / longer);
+    let wide = picture.width * cell[1] > picture.height * cell[0];
+    let (whole, cut) = if wide { (picture.width, cell[0]) } else { (picture.height, cell[1]) };
+    let (width, height) = (picture.width * cut / whole, picture.height * cut / whole);
     for y in 0..height {
         for x in 0..width {
-            let [r, g, b] = picture.rgb[y * longer / CELL * picture.width + x * longer / CELL];
-            let at = (top + (CELL - height) / 2 + y) * pitch + left + (CELL - width) / 2 + x;
+            let [r, g, b] = picture.rgb[y * whole / cut * picture.width + x * whole / cut];
+            let at = (top + (cell[1] - height) / 2 + y) * pitch + left + (cell[0] - width) / 2 + x;
             sheet.pixels_mut()[at] = tiny_skia::ColorU8::from_rgba(r, g, b, 255).premultiply();
         }
     }
@@ -133,7 +149,8 @@ fn unstacked(picture: Picture) -> Picture {
     Picture { width: 3 * size, height: 2 * size, rgb, ..picture }
 }
 
-fn values(channel: &Channel) -> &[f32] {
+/// The values of a channel of real numbers.
+pub(super) fn values(channel: &Channel) -> &[f32] {
     match &channel.data {
         Data::F32(values) => values,
         Data::U32(_) => &[],
@@ -141,7 +158,7 @@ fn values(channel: &Channel) -> &[f32] {
 }
 
 /// One pixel of each three values that `code` brings to [0, 1]; a single channel gives grey.
-fn each(channels: &[Channel], code: impl Fn(f32) -> f32) -> Vec<[u8; 3]> {
+pub(super) fn each(channels: &[Channel], code: impl Fn(f32) -> f32) -> Vec<[u8; 3]> {
     let byte = |channel: usize, index: usize| {
         (clamp(code(values(&channels[channel.min(channels.len() - 1)])[index]), 0.0, 1.0) * 255.0 + 0.5) as u8
     };
@@ -149,10 +166,20 @@ fn each(channels: &[Channel], code: impl Fn(f32) -> f32) -> Vec<[u8; 3]> {
 }
 
 fn colours(channels: &[Channel]) -> Vec<[u8; 3]> {
-    let mut all: Vec<f32> = channels.iter().flat_map(values).copied().filter(|value| *value > 0.0).collect();
+    let white = white(channels);
+    each(channels, |value| f32::from(png::srgb8(value / white)) / 255.0)
+}
+
+/// The value below which all but the brightest hundredth of the values above 0 are.
+pub(super) fn white<'a>(channels: impl IntoIterator<Item = &'a Channel>) -> f32 {
+    let mut all: Vec<f32> = channels
+        .into_iter()
+        .flat_map(values)
+        .copied()
+        .filter(|value| *value > 0.0 && value.is_finite())
+        .collect();
     all.sort_by(f32::total_cmp);
-    let bright = all.get(all.len() * 99 / 100).copied().unwrap_or(1.0);
-    each(channels, |value| f32::from(png::srgb8(value / bright)) / 255.0)
+    all.get(all.len() * 99 / 100).copied().unwrap_or(1.0)
 }
 
 fn ranged(channels: &[Channel]) -> Vec<[u8; 3]> {
