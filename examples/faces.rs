@@ -1,5 +1,5 @@
 //! How much the nine coefficients E_lm depend on the size of the cubemap's faces: §4 of the translucency paper chose
-//! 64 texels, as with 128 and 256 they "did not significantly change". Prints a table in Markdown for the real models:
+//! 64 texels, since 128 and 256 made no significant difference. Prints the table in README.md, from the real models:
 //!
 //! ```sh
 //! BITLIGHT_ASSETS=… cargo run --release --example faces
@@ -14,7 +14,8 @@ use bitlight::scene::{Assets, Scene};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-const SIZES: [usize; 4] = [32, 64, 128, 256];
+/// Texels along a side; the last is what the others are held against.
+const SIZES: [usize; 5] = [32, 64, 128, 256, 512];
 
 fn main() -> ExitCode {
     match table() {
@@ -28,16 +29,16 @@ fn main() -> ExitCode {
 
 fn table() -> Result<(), Error> {
     println!(
-        "The change of E_lm against faces of 256², in % of the length of the nine, green, of the point light.\n"
+        "The change of E_lm against faces of 512², in % of the length of the nine, green, of the point light.\n"
     );
     println!("| model | faces | all nine | E00 | E1-1 | E10 | E11 | E2-2 | E2-1 | E20 | E21 | E22 |");
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     for model in ["bunny", "buddha", "armadillo"] {
         let coefficients = SIZES.map(|size| coefficients(model, size));
-        let [_, _, _, finest] = &coefficients;
+        let [.., finest] = &coefficients;
         let finest = finest.clone()?;
         let length = |of: &[f64; 9]| of.iter().map(|value| value * value).sum::<f64>().sqrt();
-        for (size, coefficients) in SIZES.iter().zip(coefficients).take(3) {
+        for (size, coefficients) in SIZES.iter().zip(coefficients).take(SIZES.len() - 1) {
             let coefficients = coefficients?;
             let change: [f64; 9] =
                 std::array::from_fn(|i| 100.0 * (coefficients[i] - finest[i]) / length(&finest));
