@@ -314,7 +314,7 @@ fn four(path: &str, layer: &str, channels: &[(&str, [f32; 4])]) {
 fn join_puts_images_on_one_scale_and_their_difference_beside_them() {
     let (_keep, base) = folder();
     let [a, b, c, out] = ["a.exr", "b.exr", "c.exr", "out.png"].map(|name| format!("{base}/{name}"));
-    // The greatest value of both is white; 0.1 apart is white ten times over, 0.05 a half.
+    // The greatest value of both is white; 0.05 apart is white twenty times over, 0.025 a half.
     four(
         &a,
         "t.b.light0",
@@ -323,18 +323,18 @@ fn join_puts_images_on_one_scale_and_their_difference_beside_them() {
     four(
         &b,
         "t.b.light0",
-        &[("R", [0.9, 0.5, 0.0, 0.25]), ("G", [1.0, 0.5, 0.0, 0.2]), ("B", [0.0, 0.5, 0.0, 0.2])],
+        &[("R", [0.9, 0.5, 0.0, 0.25]), ("G", [1.0, 0.475, 0.0, 0.2]), ("B", [0.0, 0.5, 0.0, 0.2])],
     );
-    let joined = bitlight(&["join", &format!("{a}:b"), &b, "--difference", "10", "-o", &out]);
+    let joined = bitlight(&["join", &format!("{a}:b"), &b, "--difference", "20", "-o", &out]);
     assert!(joined.status.success(), "{}", stderr(&joined));
     assert_eq!(stdout(&joined), format!("{out}\n"));
     let picture = image::open(&out).unwrap().into_rgb8();
     assert_eq!(picture.dimensions(), (3 * (4 + 12) + 12, 1 + 20 + 2 * 12));
     let row = |index: u32| (0..4).map(|x| picture.get_pixel(12 + index * 16 + x, 12).0).collect::<Vec<_>>();
-    // 188, 124 and 137 are the sRGB codes of 0.5, 0.2 and 0.25.
+    // 188, 183, 124 and 137 are the sRGB codes of 0.5, 0.475, 0.2 and 0.25.
     assert_eq!(row(0), [[255, 255, 0], [188; 3], [0; 3], [124; 3]]);
-    assert_eq!(row(1), [[243, 255, 0], [188; 3], [0; 3], [137, 124, 124]]);
-    assert_eq!(row(2), [[255, 0, 0], [0; 3], [0; 3], [188, 0, 0]]);
+    assert_eq!(row(1), [[243, 255, 0], [188, 183, 188], [0; 3], [137, 124, 124]]);
+    assert_eq!(row(2), [[255, 0, 0], [0, 188, 0], [0; 3], [255, 0, 0]]);
     // Another layer has a scale of its own, and one channel is grey.
     four(&c, "t.c", &[("Y", [8.0, 4.0, 0.0, -1.0])]);
     assert!(bitlight(&["join", &a, &format!("{c}:t.c"), "-o", &out]).status.success());
