@@ -59,7 +59,7 @@ fn a_hundred_thousand_triangles_cover_what_the_exact_oracle_says() {
     for index in 0..100_000 {
         let corners = triangle(index);
         let positions = corners.map(|[x, y]| Vec3::new(x as f32, (SIZE as f64 - y) as f32, 0.0));
-        let seen = visibility(&positions, &[[0, 1, 2]], &view, None);
+        let seen = visibility(&positions, &[[0, 1, 2]], &view);
         let snapped = corners.map(|corner| corner.map(snap_half_even));
         for (pixel, triangle) in seen.triangle.iter().enumerate() {
             let (x, y) = ((pixel % SIZE) as i64, (pixel / SIZE) as i64);
@@ -149,9 +149,9 @@ fn the_order_of_triangles_changes_nothing_but_their_numbers() {
     let solid = bitlight::world::shapes::torus_knot(2, 3, 0.35, 80, 12).unwrap();
     let axes = Axes::looking(Vec3::new(-1.0, -2.0, -3.0), Vec3::Y);
     let view = View::perspective(Vec3::new(1.5, 3.0, 4.5), axes, [0.4, 0.4], 0.1, [100, 90]);
-    let forward = visibility(&solid.positions, &solid.triangles, &view, None);
+    let forward = visibility(&solid.positions, &solid.triangles, &view);
     let reversed: Vec<_> = solid.triangles.iter().rev().copied().collect();
-    let backward = visibility(&solid.positions, &reversed, &view, None);
+    let backward = visibility(&solid.positions, &reversed, &view);
     assert_eq!(forward.depth, backward.depth);
     let last = solid.triangles.len() as u32 - 1;
     let renamed = backward.triangle.iter().map(|id| if *id == NONE { NONE } else { last - id });

@@ -6,6 +6,7 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+mod batch;
 mod clip;
 mod fill;
 mod rectangle;
@@ -15,7 +16,7 @@ mod shadow;
 mod surface;
 mod view;
 
-pub use fill::{NONE, Visibility, visibility};
+pub use fill::{NONE, Visibility, two_depths, visibility};
 pub use shadow::ShadowView;
 pub use surface::{Points, surfaces};
 pub use view::{Axes, View};

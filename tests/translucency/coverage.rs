@@ -41,7 +41,7 @@ fn a_centre_on_an_edge_belongs_to_one_side() {
         // Corners on centres and between, some beyond the image: many edges run through centres.
         let corner = |n: u64, k: u64| (unit(7, case, n, k) * 40.0) as i64 * 128 - 512;
         let triangle: [[i64; 2]; 3] = std::array::from_fn(|n| [corner(n as u64, 0), corner(n as u64, 1)]);
-        let seen = visibility(&triangle.map(world), &[[0, 1, 2]], &view, None);
+        let seen = visibility(&triangle.map(world), &[[0, 1, 2]], &view);
         for y in 0..SIZE {
             for x in 0..SIZE {
                 let (expected, found) = (covered(triangle, x, y), seen.triangle[y * SIZE + x] != NONE);
@@ -66,7 +66,7 @@ fn corners_snap_to_the_nearest_step_halves_to_even() {
     for (steps, first) in [(127.5, 16), (128.5, 16), (128.75, 17), (129.5, 17), (127.0, 16), (126.5, 16)] {
         let edge = (steps / 256.0) as f32;
         let corners = [[edge, 20.0], [edge, -20.0], [30.0, 0.0]].map(|[x, y]| Vec3::new(x, y, 0.0));
-        let seen = visibility(&corners, &[[0, 1, 2]], &view, None);
+        let seen = visibility(&corners, &[[0, 1, 2]], &view);
         let found = (0..SIZE).find(|x| seen.triangle[16 * SIZE + x] != NONE);
         assert_eq!(found, Some(first), "an edge at {steps} steps");
     }
@@ -77,7 +77,7 @@ fn corners_snap_to_the_nearest_step_halves_to_even() {
 fn ties_go_to_the_lowest_triangle() {
     let corners = [[0, 0], [6000, 500], [900, 7000]].map(world);
     let triangles = [[1, 1, 2], [0, 1, 2], [2, 1, 0], [1, 2, 0]];
-    let seen = visibility(&corners, &triangles, &view(), None);
+    let seen = visibility(&corners, &triangles, &view());
     assert!(seen.triangle.iter().all(|triangle| [1, NONE].contains(triangle)));
     assert!(seen.triangle.iter().filter(|triangle| **triangle == 1).count() > 200);
 }

@@ -56,7 +56,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let (size, width) = (frame.settings.shadow, frame.settings.blur);
     let mut values = Vec::with_capacity(frame.casters.len() * size * size);
     for (number, caster) in frame.casters.iter().enumerate() {
-        let distances = shadows.slice(number).as_chunks::<2>().0.iter().map(|[distance, _]| *distance);
+        let distances = shadows.slice(number).as_chunks::<3>().0.iter().map(|[distance, ..]| *distance);
         match frame.settings.reading {
             Reading::Corrected => {
                 let sums: Vec<f32> = distances.collect();

@@ -65,7 +65,7 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
     let (solid, size) = (&frame.solid, frame.settings.cubemap);
     let faces = parallel::map(6, |face| {
         let view = face_view(frame, FACES[face]);
-        (visibility(&solid.positions, &solid.triangles, &view, None).triangle, view)
+        (visibility(&solid.positions, &solid.triangles, &view).triangle, view)
     });
     let images = [frame.lights.len() * 6, size * size * 4];
     let values = parallel::images(images, 4 * super::RUN, 0.0, |number, chunk, out| {

@@ -92,7 +92,7 @@ wide! {
     ) {
         let (shadow, light) = (&caster.shadow, frame.lights[caster.light].casting());
         let footprints = Footprints::new(shadow, points);
-        let first = footprints.gather(points.count, |texel| first[texel * 2]);
+        let first = footprints.gather(points.count, |texel| first[texel * 3]);
         for lane in 0..BLOCK {
             let (point, normal) = (points.position(lane), points.normal(lane));
             let (towards, facing) = light.arriving(point);

@@ -5,7 +5,6 @@ use super::Frame;
 use super::shadow::distances_of;
 use crate::numeric::parallel;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
-use crate::raster::visibility;
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -22,15 +21,11 @@ pub(super) const PASS: Pass<Frame> = Pass {
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let shadow = inputs.get("translucency.shadow");
     let size = frame.settings.shadow;
-    let mut values = vec![0.0; frame.casters.len() * size * size];
-    let maps = values.chunks_exact_mut(size * size);
-    for (number, (caster, map)) in frame.casters.iter().zip(maps).enumerate() {
-        let first: Vec<f32> = shadow.slice(number).chunks_exact(2).map(|texel| texel[1]).collect();
-        let solid = &frame.solid;
-        let visible = visibility(&solid.positions, &solid.triangles, &caster.shadow.view, Some(&first));
-        parallel::for_each_chunk(map, size, |row, out| {
-            distances_of(&caster.shadow, row, &visible.depth[row * size..][..size], out);
-        });
-    }
-    Buffer::f32(&[frame.casters.len(), size, size], values)
+    let count = frame.casters.len();
+    let values = parallel::images([count, size * size], size, 0.0, |number, row, out| {
+        let texels = shadow.slice(number)[row * size * 3..].as_chunks::<3>().0;
+        let depths: Vec<f32> = texels.iter().take(size).map(|[_, _, second]| *second).collect();
+        distances_of(&frame.casters[number].shadow, row, &depths, out);
+    });
+    Buffer::f32(&[count, size, size], values)
 }

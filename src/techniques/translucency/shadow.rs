@@ -7,7 +7,7 @@
 use super::Frame;
 use crate::numeric::{lanes::wide, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
-use crate::raster::{ShadowView, visibility};
+use crate::raster::{ShadowView, two_depths};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -15,7 +15,7 @@ pub(super) const PASS: Pass<Frame> = Pass {
         equation: "§2.2; T12",
         about: "distance from the light to the first surface, 0 where there is none, and its rasterized depth",
         inputs: &[],
-        axes: &[Axis::Caster, Axis::Row, Axis::Column, Axis::Channel(&["distance", "depth"])],
+        axes: &[Axis::Caster, Axis::Row, Axis::Column, Axis::Channel(&["distance", "depth", "second"])],
         unit: "scene unit; depth in [0, 1], 1 nearest",
     },
     run,
@@ -23,22 +23,21 @@ pub(super) const PASS: Pass<Frame> = Pass {
 
 fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
     let size = frame.settings.shadow;
-    let mut values = vec![0.0; frame.casters.len() * size * size * 2];
-    for (caster, map) in frame.casters.iter().zip(values.chunks_exact_mut(size * size * 2)) {
-        let solid = &frame.solid;
-        let visible = visibility(&solid.positions, &solid.triangles, &caster.shadow.view, None);
-        parallel::for_each_chunk(map, size * 2, |row, out| {
-            let depths = &visible.depth[row * size..][..size];
-            let mut distances = vec![0.0; size];
-            distances_of(&caster.shadow, row, depths, &mut distances);
-            for (out, (distance, depth)) in
-                out.as_chunks_mut::<2>().0.iter_mut().zip(distances.iter().zip(depths))
-            {
-                *out = [*distance, *depth];
-            }
-        });
-    }
-    Buffer::f32(&[frame.casters.len(), size, size, 2], values)
+    let solid = &frame.solid;
+    let maps: Vec<_> = frame
+        .casters
+        .iter()
+        .map(|caster| two_depths(&solid.positions, &solid.triangles, &caster.shadow.view))
+        .collect();
+    let values = parallel::images([maps.len(), size * size * 3], size * 3, 0.0, |number, row, out| {
+        let [first, second] = maps[number].each_ref().map(|depths| &depths[row * size..][..size]);
+        let mut distances = vec![0.0; size];
+        distances_of(&frame.casters[number].shadow, row, first, &mut distances);
+        for (x, out) in out.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            *out = [distances[x], first[x], second[x]];
+        }
+    });
+    Buffer::f32(&[frame.casters.len(), size, size, 3], values)
 }
 
 wide! {

@@ -17,6 +17,6 @@ pub(super) const PASS: Pass<Frame> = Pass {
 };
 
 fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
-    let seen = visibility(&frame.solid.positions, &frame.solid.triangles, &frame.view, None);
+    let seen = visibility(&frame.solid.positions, &frame.solid.triangles, &frame.view);
     Buffer::u32(&[frame.view.height, frame.view.width], seen.triangle)
 }
