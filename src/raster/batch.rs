@@ -1,10 +1,10 @@
 //! Triangles set up side by side: edge functions, and depth as a plane over the screen.
 
 use super::SUBPIXELS;
-use super::fill::{Tile, centre};
+use super::fill::Tile;
 use super::screen::Projected;
-use super::setup::pixels;
-use crate::numeric::lanes::BLOCK;
+use super::setup::{first_centre, past_centre};
+use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::{clamp, max, min};
 
 /// The longest side of a triangle's box, in 1/256 pixel, for which its edge functions fit in 32 bits: differences of
@@ -38,6 +38,15 @@ pub(super) struct Batch {
     /// The least and the greatest depth at a corner.
     pub(super) low: Lanes<f32>,
     pub(super) high: Lanes<f32>,
+}
+
+wide! {
+    /// Computes all else of a batch from its corners.
+    pub(super) fn set_up(batch: &mut Batch, tile: &Tile) {
+        batch.boxes(tile);
+        batch.edges();
+        batch.planes();
+    }
 }
 
 impl Batch {
@@ -76,50 +85,46 @@ impl Batch {
     /// The pixels of the tile whose centres lie in a triangle's box: first column and row, and one past the last.
     #[inline(always)]
     pub(super) fn part(&self, lane: usize) -> [usize; 4] {
-        [0, 1, 2, 3].map(|side| self.part[side][lane] as usize)
-    }
-
-    /// Computes all else from the corners.
-    #[inline(always)]
-    pub(super) fn set_up(&mut self, tile: &Tile) {
-        self.boxes(tile);
-        self.edges();
-        self.planes();
+        let side = |i: usize| self.part[i][lane] as usize;
+        [side(0), side(1), side(2), side(3)]
     }
 
     #[inline(always)]
     fn boxes(&mut self, tile: &Tile) {
         let [left, top] = [tile.left as i32, tile.top as i32];
         let [right, bottom] = [left + tile.width as i32, top + tile.height as i32];
+        let range = |[a, b, c]: [i32; 3]| (min(min(a, b), c), max(max(a, b), c));
         for lane in 0..BLOCK {
-            let corner = |i: usize| [self.x[i][lane], self.y[i][lane], 0, 0];
-            let (a, b, c) = (corner(0), corner(1), corner(2));
-            let (first, last) = pixels(&a, &b, &c);
-            self.part[0][lane] = max(first[0], left);
-            self.part[1][lane] = max(first[1], top);
-            self.part[2][lane] = min(last[0], right);
-            self.part[3][lane] = min(last[1], bottom);
-            let reach = |i: usize| max(max(a[i], b[i]), c[i]) - min(min(a[i], b[i]), c[i]);
-            self.large[lane] = i32::from(max(reach(0), reach(1)) > SMALL);
+            let (low, high) = range([self.x[0][lane], self.x[1][lane], self.x[2][lane]]);
+            self.part[0][lane] = max(first_centre(low), left);
+            self.part[2][lane] = min(past_centre(high), right);
+            self.large[lane] = i32::from(high - low > SMALL);
+        }
+        for lane in 0..BLOCK {
+            let (low, high) = range([self.y[0][lane], self.y[1][lane], self.y[2][lane]]);
+            self.part[1][lane] = max(first_centre(low), top);
+            self.part[3][lane] = min(past_centre(high), bottom);
+            self.large[lane] |= i32::from(high - low > SMALL);
         }
     }
 
     #[inline(always)]
     fn edges(&mut self) {
         for lane in 0..BLOCK {
-            let [x, y] = [&self.x, &self.y].map(|at| [at[0][lane], at[1][lane], at[2][lane]]);
             // Exact: differences of snapped coordinates are whole numbers up to 2²⁴, their products up to 2⁴⁸.
-            let [ax, ay, bx, by] = [x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]].map(f64::from);
-            let area = ax * by - bx * ay;
-            self.area[lane] = area as f32;
-            self.part[2][lane] = if area == 0.0 { self.part[0][lane] } else { self.part[2][lane] };
+            let (ax, ay) = (self.x[1][lane] - self.x[0][lane], self.y[1][lane] - self.y[0][lane]);
+            let (bx, by) = (self.x[2][lane] - self.x[0][lane], self.y[2][lane] - self.y[0][lane]);
+            self.area[lane] = (f64::from(ax) * f64::from(by) - f64::from(bx) * f64::from(ay)) as f32;
+        }
+        for lane in 0..BLOCK {
+            self.part[2][lane] = if self.area[lane] == 0.0 { self.part[0][lane] } else { self.part[2][lane] };
         }
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             for lane in 0..BLOCK {
                 let (from, to) = ([self.x[i][lane], self.y[i][lane]], [self.x[j][lane], self.y[j][lane]]);
                 // Where the area is negative the edge runs the other way round.
-                let sign = if self.area[lane] < 0.0 { -1 } else { 1 };
-                let (dx, dy) = ((to[0] - from[0]) * sign, (to[1] - from[1]) * sign);
+                let turned = if self.area[lane] < 0.0 { -1 } else { 0 };
+                let (dx, dy) = (((to[0] - from[0]) ^ turned) - turned, ((to[1] - from[1]) ^ turned) - turned);
                 let at = |pixel: i32, from: i32| (pixel * SUBPIXELS + SUBPIXELS / 2) - from;
                 let (x, y) = (at(self.part[0][lane], from[0]), at(self.part[1][lane], from[1]));
                 let start = dx.wrapping_mul(y).wrapping_sub(dy.wrapping_mul(x));
@@ -135,10 +140,10 @@ impl Batch {
     #[inline(always)]
     fn planes(&mut self) {
         for lane in 0..BLOCK {
-            let [x, y] = [&self.x, &self.y].map(|at| [at[0][lane], at[1][lane], at[2][lane]]);
             let (z0, z1, z2) = (self.z[0][lane], self.z[1][lane], self.z[2][lane]);
-            let [ax, ay, bx, by] = [x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]].map(|d| d as f32);
-            let (az, bz) = (z1 - z0, z2 - z0);
+            let x = |i: usize| (self.x[i][lane] - self.x[0][lane]) as f32;
+            let y = |i: usize| (self.y[i][lane] - self.y[0][lane]) as f32;
+            let (ax, ay, az, bx, by, bz) = (x(1), y(1), z1 - z0, x(2), y(2), z2 - z0);
             self.along[0][lane] = (az * by - bz * ay) / self.area[lane];
             self.along[1][lane] = (bz * ax - az * bx) / self.area[lane];
             self.low[lane] = min(min(z0, z1), z2);
@@ -153,15 +158,5 @@ impl Batch {
         let [x, y] = [(x - self.x[0][lane]) as f32, (y - self.y[0][lane]) as f32];
         let depth = self.z[0][lane] + self.along[0][lane] * x + self.along[1][lane] * y;
         clamp(depth, self.low[lane], self.high[lane])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_centre_is_where_the_edges_start() {
-        assert_eq!([centre(0), centre(3)], [128, 896]);
     }
 }

@@ -4,7 +4,7 @@
 //! thread. A pixel keeps the largest (reversed) depth, ties going to the lowest triangle, so the order of filling
 //! cannot show.
 
-use super::batch::Batch;
+use super::batch::{Batch, set_up};
 use super::screen::{Projected, project};
 use super::setup::{RUN, Run};
 use super::{SUBPIXELS, View};
@@ -65,9 +65,7 @@ fn tiles<const TWO: bool>(positions: &[Vec3], triangles: &[[u32; 3]], view: &Vie
     let columns = view.width.div_ceil(TILE);
     parallel::map(columns * view.height.div_ceil(TILE), |number| {
         let mut tile = Tile::new(view, number % columns * TILE, number / columns * TILE);
-        for run in &runs {
-            fill::<TWO>(&mut tile, run, number, triangles, &vertices);
-        }
+        fill::<TWO>(&mut tile, runs.iter().flat_map(|run| run.touching(number, triangles, &vertices)));
         tile
     })
 }
@@ -113,15 +111,11 @@ impl Tile {
     }
 }
 
-/// Fills what the triangles of a run cover of a tile, whose number is `number`.
-fn fill<const TWO: bool>(
+/// Fills what triangles, each its index and corners, cover of a tile.
+fn fill<'a, const TWO: bool>(
     tile: &mut Tile,
-    run: &Run,
-    number: usize,
-    triangles: &[[u32; 3]],
-    vertices: &[Projected],
+    touching: impl Iterator<Item = (u32, [&'a Projected; 3])>,
 ) {
-    let touching = run.touching(number, triangles, vertices);
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         #[expect(unsafe_code, reason = "the same function, for a processor that was just looked at")]
@@ -136,23 +130,26 @@ fn fill<const TWO: bool>(
 #[inline(always)]
 pub(super) fn batches<'a>(
     tile: &mut Tile,
-    mut touching: impl Iterator<Item = (u32, [&'a Projected; 3])>,
+    touching: impl Iterator<Item = (u32, [&'a Projected; 3])>,
     small: impl Fn(&mut Tile, &Batch, usize),
     large: impl Fn(&mut Tile, &Batch, usize),
 ) {
     let mut batch = Batch::EMPTY;
-    loop {
-        batch.count = 0;
-        for (triangle, corners) in touching.by_ref().take(BLOCK) {
-            batch.push(triangle, corners);
-        }
-        if batch.count == 0 {
-            return;
-        }
-        batch.set_up(tile);
+    let mut draw = |batch: &mut Batch| {
+        set_up(batch, tile);
         for lane in 0..batch.count {
-            if batch.large[lane] == 0 { small(tile, &batch, lane) } else { large(tile, &batch, lane) }
+            if batch.large[lane] == 0 { small(tile, batch, lane) } else { large(tile, batch, lane) }
         }
+        batch.count = 0;
+    };
+    touching.for_each(|(triangle, corners)| {
+        batch.push(triangle, corners);
+        if batch.count == BLOCK {
+            draw(&mut batch);
+        }
+    });
+    if batch.count > 0 {
+        draw(&mut batch);
     }
 }
 

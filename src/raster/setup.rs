@@ -108,9 +108,14 @@ impl Touching {
     /// Nothing where no pixel's centre lies in the box and in the image.
     #[inline(always)]
     fn new(triangle: u32, [a, b, c]: &[Projected; 3], view: &View) -> Option<Self> {
-        let ([left, top], [right, bottom]) = pixels(a, b, c);
-        let (left, top) = (max(left, 0), max(top, 0));
-        let (right, bottom) = (min(right, view.width as i32), min(bottom, view.height as i32));
+        // All four numbers of a vertex at once, though two have no pixels: they are one vector.
+        let (mut first, mut last) = ([0; 4], [0; 4]);
+        for i in 0..4 {
+            first[i] = first_centre(min(min(a[i], b[i]), c[i]));
+            last[i] = past_centre(max(max(a[i], b[i]), c[i]));
+        }
+        let (left, top) = (max(first[0], 0), max(first[1], 0));
+        let (right, bottom) = (min(last[0], view.width as i32), min(last[1], view.height as i32));
         let tile = |pixel: i32| (pixel as u32 / TILE as u32) as u8;
         ((left < right) & (top < bottom)).then(|| Self {
             triangle,
@@ -132,19 +137,17 @@ impl Touching {
     }
 }
 
-/// The pixels whose centres lie in a triangle's box: the first column and row, and one past the last.
+/// The first column or row of pixels whose centres are not below `low`, in 1/256 pixel: ⌈low − ½⌉ in pixels; the shift
+/// is a division that rounds down.
 #[inline(always)]
-pub(super) fn pixels(a: &Projected, b: &Projected, c: &Projected) -> ([i32; 2], [i32; 2]) {
-    let half = SUBPIXELS / 2;
-    // All four numbers of a vertex at once, though two have no pixels: they are one vector.
-    let (mut first, mut last) = ([0; 4], [0; 4]);
-    for i in 0..4 {
-        // ⌈low − ½⌉ and ⌊high − ½⌋ + 1 in pixels; the shift is a division that rounds down.
-        let (low, high) = (min(min(a[i], b[i]), c[i]), max(max(a[i], b[i]), c[i]));
-        first[i] = low.wrapping_add(half - 1) >> SUBPIXELS.trailing_zeros();
-        last[i] = (high.wrapping_sub(half) >> SUBPIXELS.trailing_zeros()) + 1;
-    }
-    ([first[0], first[1]], [last[0], last[1]])
+pub(super) fn first_centre(low: i32) -> i32 {
+    low.wrapping_add(SUBPIXELS / 2 - 1) >> SUBPIXELS.trailing_zeros()
+}
+
+/// One past the last column or row of pixels whose centres are not above `high`: ⌊high − ½⌋ + 1 in pixels.
+#[inline(always)]
+pub(super) fn past_centre(high: i32) -> i32 {
+    high.wrapping_add(SUBPIXELS / 2) >> SUBPIXELS.trailing_zeros()
 }
 
 /// What clipping leaves of a triangle: the corners of a convex polygon, none where it need not be clipped.
