@@ -10,6 +10,7 @@ pub mod order;
 pub mod parallel;
 pub mod random;
 pub mod sum;
+pub mod turns;
 pub mod vector;
 
 /// Elementary functions in `f32`: correctly rounded, so the same on every processor (pxfm, and [`exp`](single::exp)

@@ -3,17 +3,13 @@
 
 use super::SUBPIXELS;
 use super::batch::Batch;
-use super::fill::{LANES, Tile, batches, centre, large};
-use super::screen::Projected;
+use super::fill::{LANES, Sorted, Tile, batches, centre, large};
 use std::arch::x86_64::*;
 
 /// `fill::fill` with eight lanes.
 #[target_feature(enable = "avx2")]
-pub(super) fn fill<'a, const TWO: bool>(
-    tile: &mut Tile,
-    touching: impl Iterator<Item = (u32, [&'a Projected; 3])>,
-) {
-    batches(tile, touching, |tile, batch, lane| small::<TWO>(tile, batch, lane), large::<TWO>);
+pub(super) fn fill<const TWO: bool>(tile: &mut Tile, sorted: &Sorted<'_>, number: usize) {
+    batches(tile, sorted, number, |tile, batch, lane| small::<TWO>(tile, batch, lane), large::<TWO>);
 }
 
 #[target_feature(enable = "avx2")]

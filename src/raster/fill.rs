@@ -62,10 +62,11 @@ fn tiles<const TWO: bool>(positions: &[Vec3], triangles: &[[u32; 3]], view: &Vie
     let runs = parallel::map(triangles.len().div_ceil(RUN), |run| {
         Run::new(positions, triangles, &vertices, view, run * RUN)
     });
+    let sorted = Sorted { triangles, vertices, runs };
     let columns = view.width.div_ceil(TILE);
     parallel::map(columns * view.height.div_ceil(TILE), |number| {
         let mut tile = Tile::new(view, number % columns * TILE, number / columns * TILE);
-        fill::<TWO>(&mut tile, runs.iter().flat_map(|run| run.touching(number, triangles, &vertices)));
+        fill::<TWO>(&mut tile, &sorted, number);
         tile
     })
 }
@@ -111,26 +112,31 @@ impl Tile {
     }
 }
 
-/// Fills what triangles, each its index and corners, cover of a tile.
-fn fill<'a, const TWO: bool>(
-    tile: &mut Tile,
-    touching: impl Iterator<Item = (u32, [&'a Projected; 3])>,
-) {
+/// Triangles in runs, sorted into tiles, and their vertices on the screen.
+pub(super) struct Sorted<'a> {
+    triangles: &'a [[u32; 3]],
+    vertices: Vec<Projected>,
+    runs: Vec<Run>,
+}
+
+/// Fills what triangles cover of a tile, whose number is `number`.
+fn fill<const TWO: bool>(tile: &mut Tile, sorted: &Sorted<'_>, number: usize) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         #[expect(unsafe_code, reason = "the same function, for a processor that was just looked at")]
         // SAFETY: the processor has AVX2.
-        return unsafe { super::avx2::fill::<TWO>(tile, touching) };
+        return unsafe { super::avx2::fill::<TWO>(tile, sorted, number) };
     }
-    batches(tile, touching, small::<TWO>, large::<TWO>);
+    batches(tile, sorted, number, small::<TWO>, large::<TWO>);
 }
 
 /// Sets triangles up, a batch at a time, and fills each: a lane of the batch with `small` where its edge functions fit
 /// in 32 bits, with `large` where they do not.
 #[inline(always)]
-pub(super) fn batches<'a>(
+pub(super) fn batches(
     tile: &mut Tile,
-    touching: impl Iterator<Item = (u32, [&'a Projected; 3])>,
+    sorted: &Sorted<'_>,
+    number: usize,
     small: impl Fn(&mut Tile, &Batch, usize),
     large: impl Fn(&mut Tile, &Batch, usize),
 ) {
@@ -142,12 +148,14 @@ pub(super) fn batches<'a>(
         }
         batch.count = 0;
     };
-    touching.for_each(|(triangle, corners)| {
-        batch.push(triangle, corners);
-        if batch.count == BLOCK {
-            draw(&mut batch);
-        }
-    });
+    for run in &sorted.runs {
+        run.touching(number, sorted.triangles, &sorted.vertices, |triangle, corners| {
+            batch.push(triangle, corners);
+            if batch.count == BLOCK {
+                draw(&mut batch);
+            }
+        });
+    }
     if batch.count > 0 {
         draw(&mut batch);
     }

@@ -60,22 +60,25 @@ impl Run {
         Self { first: first as u32, clipped, touched, begins }
     }
 
-    /// The triangles that touch a tile: one's index in the mesh, and its corners on the screen.
+    /// Calls `each` with the triangles that touch a tile: one's index in the mesh, and its corners on the screen.
     #[inline(always)]
-    pub(super) fn touching<'a>(
-        &'a self,
+    pub(super) fn touching(
+        &self,
         tile: usize,
-        triangles: &'a [[u32; 3]],
-        vertices: &'a [Projected],
-    ) -> impl Iterator<Item = (u32, [&'a Projected; 3])> {
-        let touched = &self.touched[self.begins[tile] as usize..self.begins[tile + 1] as usize];
-        touched.iter().map(move |place| match self.clipped.get((*place as usize).wrapping_sub(RUN)) {
-            None => {
+        triangles: &[[u32; 3]],
+        vertices: &[Projected],
+        mut each: impl FnMut(u32, [&Projected; 3]),
+    ) {
+        for place in &self.touched[self.begins[tile] as usize..self.begins[tile + 1] as usize] {
+            if (*place as usize) < RUN {
                 let triangle = self.first + place;
-                (triangle, triangles[triangle as usize].map(|corner| &vertices[corner as usize]))
+                let [a, b, c] = triangles[triangle as usize];
+                each(triangle, [&vertices[a as usize], &vertices[b as usize], &vertices[c as usize]]);
+            } else {
+                let (triangle, [a, b, c]) = &self.clipped[*place as usize - RUN];
+                each(*triangle, [a, b, c]);
             }
-            Some((triangle, corners)) => (*triangle, corners.each_ref()),
-        })
+        }
     }
 }
 

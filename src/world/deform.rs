@@ -5,10 +5,13 @@
 
 use super::mesh::Mesh;
 use crate::Error;
-use crate::numeric::double::{cos, sin};
-use crate::numeric::parallel;
-use glam::{DVec3, Vec3};
+use crate::numeric::lanes::{BLOCK, wide};
+use crate::numeric::{parallel, turns::sin_cos};
+use glam::Vec3;
 use std::f64::consts::TAU;
+
+/// Vertices that one thread deforms together.
+const RUN: usize = 64 * BLOCK;
 
 /// x′ = x + amplitude · sin 2π(z / length + time / period), in the world's own axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,13 +33,8 @@ impl Wave {
         if self.amplitude == 0.0 {
             return Ok(());
         }
-        let mut vertices: Vec<_> =
-            solid.positions.iter().copied().zip(solid.normals.iter().copied()).collect();
-        parallel::for_each_chunk(&mut vertices, 4096, |_, vertices| {
-            for (position, normal) in vertices {
-                (*position, *normal) = self.vertex(*position, *normal, time);
-            }
-        });
+        let mut vertices: Vec<_> = solid.positions.iter().copied().zip(solid.normals.iter().copied()).collect();
+        parallel::for_each_chunk(&mut vertices, RUN, |_, vertices| deform(self, time, vertices));
         let (positions, normals) = vertices.into_iter().unzip();
         *solid = Mesh::new(positions, Some(normals), solid.triangles.clone())?;
         Ok(())
@@ -44,13 +42,40 @@ impl Wave {
 
     /// A vertex and its unit normal, deformed. The map's Jacobian has a 1 at each place of the diagonal and the slope
     /// s = ∂x′/∂z beside it; its inverse transpose takes (x, y, z) to (x, y, z − s x).
+    #[inline(always)]
     fn vertex(&self, position: Vec3, normal: Vec3, time: f64) -> (Vec3, Vec3) {
-        let turns = f64::from(position.z) / self.length + time / self.period;
-        let angle = TAU * (turns - turns.floor()); // within a turn, where 2π's rounding does not grow
-        let moved = (f64::from(position.x) + self.amplitude * sin(angle)) as f32;
-        let slope = self.amplitude * (TAU / self.length) * cos(angle);
-        let turned = DVec3::from(normal) - DVec3::new(0.0, 0.0, slope * f64::from(normal.x));
-        (Vec3 { x: moved, ..position }, turned.normalize().as_vec3())
+        let (sin, cos) = sin_cos(f64::from(position.z) / self.length + time / self.period);
+        let moved = (f64::from(position.x) + self.amplitude * sin) as f32;
+        let slope = self.amplitude * (TAU / self.length) * cos;
+        let [x, y] = [f64::from(normal.x), f64::from(normal.y)];
+        let z = f64::from(normal.z) - slope * x;
+        let shrunk = 1.0 / (x * x + y * y + z * z).sqrt();
+        let turned = Vec3::new((x * shrunk) as f32, (y * shrunk) as f32, (z * shrunk) as f32);
+        (Vec3 { x: moved, ..position }, turned)
+    }
+}
+
+wide! {
+    /// Deforms positions and normals.
+    fn deform(wave: &Wave, time: f64, vertices: &mut [(Vec3, Vec3)]) {
+        let mut lanes = [[0.0_f32; BLOCK]; 6];
+        for vertices in vertices.chunks_mut(BLOCK) {
+            for (lane, (p, n)) in vertices.iter().enumerate() {
+                for (lanes, value) in lanes.iter_mut().zip([p.x, p.y, p.z, n.x, n.y, n.z]) {
+                    lanes[lane] = value;
+                }
+            }
+            for lane in 0..BLOCK {
+                let three = |first: usize| Vec3::new(lanes[first][lane], lanes[first + 1][lane], lanes[first + 2][lane]);
+                let (position, normal) = wave.vertex(three(0), three(3), time);
+                lanes[0][lane] = position.x;
+                (lanes[3][lane], lanes[4][lane], lanes[5][lane]) = normal.into();
+            }
+            for (lane, (p, n)) in vertices.iter_mut().enumerate() {
+                p.x = lanes[0][lane];
+                *n = Vec3::new(lanes[3][lane], lanes[4][lane], lanes[5][lane]);
+            }
+        }
     }
 }
 
