@@ -43,9 +43,13 @@ mod tests {
             assert!((cos - double::cos(angle)).abs() < 2e-15, "{turns}");
             assert!((sin * sin + cos * cos - 1.0).abs() < 5e-16, "{turns}");
         }
-        for (turns, expected) in
-            [(0.0, (0.0, 1.0)), (0.25, (1.0, 0.0)), (0.5, (0.0, -1.0)), (0.75, (-1.0, 0.0)), (-0.25, (-1.0, 0.0))]
-        {
+        for (turns, expected) in [
+            (0.0, (0.0, 1.0)),
+            (0.25, (1.0, 0.0)),
+            (0.5, (0.0, -1.0)),
+            (0.75, (-1.0, 0.0)),
+            (-0.25, (-1.0, 0.0)),
+        ] {
             assert_eq!(sin_cos(turns), expected);
             assert_eq!(sin_cos(turns + 1000.0), expected);
         }

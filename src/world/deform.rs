@@ -33,7 +33,8 @@ impl Wave {
         if self.amplitude == 0.0 {
             return Ok(());
         }
-        let mut vertices: Vec<_> = solid.positions.iter().copied().zip(solid.normals.iter().copied()).collect();
+        let mut vertices: Vec<_> =
+            solid.positions.iter().copied().zip(solid.normals.iter().copied()).collect();
         parallel::for_each_chunk(&mut vertices, RUN, |_, vertices| deform(self, time, vertices));
         let (positions, normals) = vertices.into_iter().unzip();
         *solid = Mesh::new(positions, Some(normals), solid.triangles.clone())?;

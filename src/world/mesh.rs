@@ -163,10 +163,12 @@ impl Mesh {
     pub fn bounds(&self) -> Bounds {
         let around = |triangles: &[[u32; 3]]| {
             let first = self.positions[triangles[0][0] as usize];
-            triangles.iter().flatten().fold(Bounds { low: first, high: first }, |bounds, &corner| {
-                let position = self.positions[corner as usize];
-                bounds.around(Bounds { low: position, high: position })
-            })
+            let (mut low, mut high) = (first, first);
+            for corner in triangles.as_flattened() {
+                let position = self.positions[*corner as usize];
+                (low, high) = (order::min3(low, position), order::max3(high, position));
+            }
+            Bounds { low, high }
         };
         let parts: Vec<_> = self.triangles.chunks(RUN).collect();
         let parts = parallel::map(parts.len(), |part| around(parts[part]));

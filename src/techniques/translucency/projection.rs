@@ -40,15 +40,20 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let mut values = vec![0.0; lights * points * 27];
     for point in 0..points {
         let (scale, place) = (frame.points.scale().as_dvec3(), frame.points.place(point).as_dvec3());
-        let basis = basis(size, scale, place, frame.settings.reading);
+        let basis = Basis::new(size, scale, place, frame.settings.reading);
         for light in 0..lights {
-            let cube = transmit.slice(light);
-            let rows: Vec<[f64; 27]> = parallel::map(6 * size, |row| {
+            let cube = transmit.slice(light).as_chunks::<3>().0;
+            let rows = parallel::map(6 * size, |row| {
                 let mut total = [0.0; 27];
-                for texel in row * size..(row + 1) * size {
-                    for (coefficient, weight) in basis[texel].iter().enumerate() {
-                        for channel in 0..3 {
-                            total[coefficient * 3 + channel] += weight * f64::from(cube[texel * 3 + channel]);
+                for (x, rgb) in cube[row * size..][..size].iter().enumerate() {
+                    // Most texels of a solid lit from one side add nothing.
+                    if *rgb == [0.0; 3] {
+                        continue;
+                    }
+                    let rgb = rgb.map(f64::from);
+                    for (total, weight) in total.as_chunks_mut::<3>().0.iter_mut().zip(basis.texel(row, x)) {
+                        for (total, value) in total.iter_mut().zip(rgb) {
+                            *total += weight * value;
                         }
                     }
                 }
@@ -63,46 +68,58 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     Buffer::f32(&frame.points.shape(lights, &[9, 3]), values)
 }
 
-/// For each texel of the six faces, Y_lm of its direction from a point times the solid angle under which the point sees
-/// it; the point is at `place` in the cube ±1 scaled by `scale`.
-fn basis(size: usize, scale: DVec3, place: DVec3, reading: Reading) -> Vec<[f64; 9]> {
-    let evaluate = match reading {
-        Reading::Corrected => sh::evaluate,
-        Reading::Paper => sh::evaluate_as_printed,
-    };
-    let corner = |index: usize| 2.0 * index as f64 / size as f64 - 1.0;
-    let corners_of = |face: usize| -> Vec<f64> {
-        let [right, up] = FACES[face].map(|axis| axis.as_dvec3());
-        let ahead = right.cross(up);
-        let extent = |axis: DVec3| scale.dot(axis.abs());
-        // ∫∫ d (d² + u² + v²)^(−3/2) du dv at distance d, by which a rectangle's solid angle is four differences.
-        let d = extent(ahead) - place.dot(ahead);
-        let integral = |u: f64, v: f64| atan2(u * v, d * (u * u + v * v + d * d).sqrt());
-        let at = |x: usize, y: usize| {
-            integral(extent(right) * corner(x) - place.dot(right), extent(up) * corner(y) + place.dot(up))
+/// The basis functions at the texels of the six faces, as an accumulation point sees them.
+struct Basis {
+    size: usize,
+    /// The cube ±1 is scaled by `scale`, in which the point is at `place`.
+    scale: DVec3,
+    place: DVec3,
+    evaluate: fn(usize, [f64; 3], &mut [f64]),
+    /// For each face, or for all where they are alike, an antiderivative of the solid angle at the texels' corners.
+    corners: Vec<Vec<f64>>,
+}
+
+impl Basis {
+    fn new(size: usize, scale: DVec3, place: DVec3, reading: Reading) -> Self {
+        let evaluate = match reading {
+            Reading::Corrected => sh::evaluate,
+            Reading::Paper => sh::evaluate_as_printed,
         };
-        (0..(size + 1) * (size + 1)).map(|index| at(index % (size + 1), index / (size + 1))).collect()
-    };
-    // From the middle of a cube all faces look alike.
-    let alike = scale == DVec3::ONE && place == DVec3::ZERO;
-    let corners = parallel::map(if alike { 1 } else { 6 }, corners_of);
-    let rows = parallel::map(6 * size, |row| {
-        let (face, y) = (row / size, row % size);
-        let [right, up] = FACES[face].map(|axis| axis.as_dvec3());
-        let corners = &corners[face % corners.len()];
-        let texel = |x: usize| {
-            let at = |x: usize, y: usize| corners[y * (size + 1) + x];
-            let solid_angle = at(x + 1, y + 1) - at(x, y + 1) - at(x + 1, y) + at(x, y);
-            let centre = |index: usize| (2 * index + 1) as f64 / size as f64 - 1.0;
-            let on_cube = right.cross(up) + right * centre(x) - up * centre(y);
-            let direction = (on_cube * scale - place).normalize();
-            let mut values = [0.0; 9];
-            evaluate(3, direction.to_array(), &mut values);
-            values.map(|value| value * solid_angle)
+        let corner = |index: usize| 2.0 * index as f64 / size as f64 - 1.0;
+        let corners_of = |face: usize| -> Vec<f64> {
+            let [right, up] = FACES[face].map(|axis| axis.as_dvec3());
+            let ahead = right.cross(up);
+            let extent = |axis: DVec3| scale.dot(axis.abs());
+            // ∫∫ d (d² + u² + v²)^(−3/2) du dv at distance d, by which a rectangle's solid angle is four differences.
+            let d = extent(ahead) - place.dot(ahead);
+            let integral = |u: f64, v: f64| atan2(u * v, d * (u * u + v * v + d * d).sqrt());
+            let at = |x: usize, y: usize| {
+                integral(extent(right) * corner(x) - place.dot(right), extent(up) * corner(y) + place.dot(up))
+            };
+            (0..(size + 1) * (size + 1)).map(|index| at(index % (size + 1), index / (size + 1))).collect()
         };
-        (0..size).map(texel).collect::<Vec<_>>()
-    });
-    rows.into_iter().flatten().collect()
+        // From the middle of a cube all faces look alike.
+        let alike = scale == DVec3::ONE && place == DVec3::ZERO;
+        let corners = parallel::map(if alike { 1 } else { 6 }, corners_of);
+        Self { size, scale, place, evaluate, corners }
+    }
+
+    /// Y_lm of the direction from the point to the texel `x` of a row, counted over all faces, times the solid angle
+    /// under which the point sees the texel.
+    #[inline]
+    fn texel(&self, row: usize, x: usize) -> [f64; 9] {
+        let (face, y) = (row / self.size, row % self.size);
+        let [right, up] = FACES[face].map(|axis| axis.as_dvec3());
+        let corners = &self.corners[face % self.corners.len()];
+        let at = |x: usize, y: usize| corners[y * (self.size + 1) + x];
+        let solid_angle = at(x + 1, y + 1) - at(x, y + 1) - at(x + 1, y) + at(x, y);
+        let centre = |index: usize| (2 * index + 1) as f64 / self.size as f64 - 1.0;
+        let on_cube = right.cross(up) + right * centre(x) - up * centre(y);
+        let direction = (on_cube * self.scale - self.place).normalize();
+        let mut values = [0.0; 9];
+        (self.evaluate)(3, direction.to_array(), &mut values);
+        values.map(|value| value * solid_angle)
+    }
 }
 
 #[cfg(test)]
@@ -115,8 +132,9 @@ mod tests {
             let y00 = 0.25 * std::f64::consts::FRAC_1_PI; // Y_00²: Σ Y_00 Ω · Y_00 = 4π Y_00² = 1
             let aside = (DVec3::new(1.0, 4.0, 3.0), DVec3::new(0.0, -3.0, 2.0));
             for (scale, place) in [(DVec3::ONE, DVec3::ZERO), aside] {
-                let basis = basis(size, scale, place, Reading::Corrected);
-                let total: f64 = basis.iter().map(|values| values[0]).sum();
+                let basis = Basis::new(size, scale, place, Reading::Corrected);
+                let texels = (0..6 * size).flat_map(|row| (0..size).map(move |x| (row, x)));
+                let total: f64 = texels.map(|(row, x)| basis.texel(row, x)[0]).sum();
                 assert!((total * y00.sqrt() - 1.0).abs() < 1e-12, "{size}: {total} from {place}");
             }
         }
