@@ -59,7 +59,7 @@ fn render_writes_what_it_says_and_runs_no_more_than_needed() {
     assert!(output.status.success(), "{}", stderr(&output));
     let report = report(&out);
     assert_eq!(passes(&report), ["translucency.shadow", "translucency.blur"]);
-    assert_eq!(report["passes"][0]["shape"], serde_json::json!([1, 32, 32, 2]));
+    assert_eq!(report["passes"][0]["shape"], serde_json::json!([1, 32, 32, 3]));
     assert_eq!(report["passes"][0]["type"], "f32");
     assert_eq!(report["passes"][0]["digest"].as_str().unwrap().len(), 64);
     assert!(report["passes"][0]["seconds"].as_f64().unwrap() >= 0.0);

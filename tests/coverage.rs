@@ -2,7 +2,7 @@
 //! rule that a closed surface seen from inside is seen once in every pixel.
 
 use bitlight::numeric::random::{bits, unit};
-use bitlight::raster::{Axes, NONE, View, visibility};
+use bitlight::raster::{Axes, NONE, View, two_depths, visibility};
 use bitlight_reference::coverage::{covers, snap_half_even};
 use glam::Vec3;
 
@@ -75,7 +75,7 @@ fn a_hundred_thousand_triangles_cover_what_the_exact_oracle_says() {
 fn counts(positions: &[Vec3], triangles: &[[u32; 3]], view: &View) -> Vec<u32> {
     let mut counts = vec![0; view.width * view.height];
     for triangle in triangles {
-        let seen = visibility(positions, &[*triangle], view, None);
+        let seen = visibility(positions, &[*triangle], view);
         seen.triangle.iter().zip(&mut counts).for_each(|(id, count)| *count += u32::from(*id != NONE));
     }
     counts
@@ -157,4 +157,69 @@ fn the_order_of_triangles_changes_nothing_but_their_numbers() {
     let renamed = backward.triangle.iter().map(|id| if *id == NONE { NONE } else { last - id });
     let other = forward.triangle.iter().zip(renamed).filter(|(a, b)| **a != *b).count();
     assert!(other <= 3, "{other} pixels name another triangle: only ties may");
+}
+
+/// Each triangle alone, and of every pixel's depths the greatest, and the greatest below that.
+#[test]
+fn two_depths_are_those_of_the_triangles_drawn_alone() {
+    let solid = bitlight::world::shapes::torus_knot(2, 3, 0.35, 40, 6).unwrap();
+    // Every triangle twice, so that each depth is reached twice; some from afar, so that they share pixels.
+    let triangles: Vec<_> = solid.triangles.iter().chain(&solid.triangles).copied().collect();
+    for (eye, size) in [(Vec3::new(1.5, 3.0, 4.5), [100, 90]), (Vec3::new(30.0, 5.0, 9.0), [9, 70])] {
+        let axes = Axes::looking(-eye, Vec3::Y);
+        let half = 2.0 / eye.length();
+        let view = View::perspective(eye, axes, [half, half], 0.1, size);
+        let (mut first, mut second) = (vec![0.0_f32; size[0] * size[1]], vec![0.0_f32; size[0] * size[1]]);
+        let alone: Vec<_> =
+            solid.triangles.iter().map(|one| visibility(&solid.positions, &[*one], &view).depth).collect();
+        for pixel in 0..first.len() {
+            let mut depths: Vec<f32> =
+                alone.iter().map(|depth| depth[pixel]).filter(|depth| *depth > 0.0).collect();
+            depths.sort_by(|a, b| b.total_cmp(a));
+            depths.dedup();
+            first[pixel] = depths.first().copied().unwrap_or_default();
+            second[pixel] = depths.get(1).copied().unwrap_or_default();
+        }
+        let found = two_depths(&solid.positions, &triangles, &view);
+        assert!(second.iter().filter(|depth| **depth > 0.0).count() > 100, "the test shows nothing");
+        assert_eq!(found, [first, second]);
+    }
+}
+
+/// Triangles of up to 64 pixels are filled in 32 bits, larger ones in 64: on both sides of that the pixels are the same.
+#[test]
+fn a_large_triangle_is_filled_like_the_small_ones_that_it_is_made_of() {
+    let size = 300;
+    let axes = Axes { right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z };
+    let view = View::orthographic(Vec3::ZERO, axes, [150.0, 150.0], [-1.0, 1.0], [size, size]);
+    for trial in 0..40 {
+        let at =
+            |n: u64| Vec3::new(unit(5, trial, n, 0), unit(5, trial, n, 1), 0.5).with_z(0.0) * 290.0 - 145.0;
+        let [a, b, c] = [at(0), at(1), at(2)].map(|p| p.with_z(0.0));
+        // Corners on the grid of 1/256 pixel, halves too: four levels down the parts' corners are on it as well.
+        let round = |p: Vec3| Vec3::new((p.x / 4.0).round() * 4.0, (p.y / 4.0).round() * 4.0, 0.0);
+        let mut parts = vec![[round(a), round(b), round(c)]];
+        let whole = parts[0];
+        for _ in 0..4 {
+            parts = parts
+                .iter()
+                .flat_map(|[a, b, c]| {
+                    let (ab, bc, ca) = ((*a + *b) * 0.5, (*b + *c) * 0.5, (*c + *a) * 0.5);
+                    [[*a, ab, ca], [ab, *b, bc], [ca, bc, *c], [ab, bc, ca]]
+                })
+                .collect();
+        }
+        let seen = visibility(&whole, &[[0, 1, 2]], &view);
+        let corners: Vec<Vec3> = parts.as_flattened().to_vec();
+        let triangles: Vec<[u32; 3]> =
+            (0..parts.len() as u32).map(|part| [0, 1, 2].map(|i| 3 * part + i)).collect();
+        let made = visibility(&corners, &triangles, &view);
+        for pixel in 0..size * size {
+            assert_eq!(
+                seen.triangle[pixel] == NONE,
+                made.triangle[pixel] == NONE,
+                "trial {trial}, pixel {pixel}"
+            );
+        }
+    }
 }

@@ -47,7 +47,7 @@ impl Map {
         let mut kept = Kept::default();
         run::render(&scene, &Assets::default(), &["translucency.shadow"], &mut kept).unwrap();
         let texels = kept.get("translucency.shadow").unwrap().as_f32();
-        let distances = texels.chunks_exact(2).map(|texel| texel[0]).collect();
+        let distances = texels.chunks_exact(3).map(|texel| texel[0]).collect();
         Self { frame: run::frame(&scene, &Assets::default()).unwrap(), distances }
     }
 

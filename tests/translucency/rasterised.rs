@@ -105,7 +105,7 @@ fn shadow_and_peel() {
             let [width, height] = view.size;
             assert_eq!(
                 (&shadow.shape[1..], &peel.shape[1..]),
-                (&[height, width, 2][..], &[height, width][..])
+                (&[height, width, 3][..], &[height, width][..])
             );
             let drawn = Drawn::new(world, view);
             let name = format!("of light {light} on {}", scene.name);
@@ -115,7 +115,7 @@ fn shadow_and_peel() {
             let (mut unclear, mut hit, mut hit_twice) = (0, 0, 0);
             for texel in 0..width * height {
                 let (x, y) = centre(texel, width);
-                let found = &shadow.slice(number)[texel * 2..][..2];
+                let found = &shadow.slice(number)[texel * 3..][..2];
                 let seen = drawn.seen(x, y, None);
                 unclear += usize::from(!seen.clear());
                 let expected = |one: &Candidate| {

@@ -27,7 +27,7 @@ fn blurred() {
             let shadow: Vec<f64> = scene
                 .buffer("shadow")
                 .slice(number)
-                .chunks_exact(2)
+                .chunks_exact(3)
                 .map(|texel| f64::from(texel[0]))
                 .collect();
             let (bounds, [width, height]) = (&world.bounds, view.size);
@@ -345,7 +345,7 @@ fn lit_share(scene: &Rendered, light: usize, point: Vec3, normal: Vec3) -> (f64,
     let (slack, error) = slack(view, point, cosine);
     let distance = view.distance(point);
     let error = error + 8.0 * U * (distance + length(point));
-    Around::new(view, point).share(|texel| match f64::from(scene.buffer("shadow").slice(number)[texel * 2]) {
+    Around::new(view, point).share(|texel| match f64::from(scene.buffer("shadow").slice(number)[texel * 3]) {
         0.0 => Some(true),
         first => surely(distance - slack, first, error),
     })
