@@ -2,22 +2,26 @@
 # Makes pictures after the figures of the translucency paper: tools/figures.sh --help
 set -euo pipefail
 
-known=(5 6 9 10 11 12)
+known=(teaser 5 6 7 8 9 10 11 12 13)
 usage() {
   cat <<'HELP'
-tools/figures.sh [-o FOLDER] [5] [6] [9] [10] [11] [12]
+tools/figures.sh [-o FOLDER] [teaser] [5] [6] [7] [8] [9] [10] [11] [12] [13]
 
 Makes pictures after figures of the translucency paper, all of them if no number is given, from the scenes
-scenes/assets/translucency/figure-NUMBER.toml. They need the Stanford models, in the folder that the variable
+scenes/assets/translucency/figure-NUMBER.toml and teaser.toml. They need the Stanford models, in the folder that the variable
 BITLIGHT_ASSETS names. FOLDER is target/figures if not given; figure-NUMBER.png is the picture, FOLDER/parts has
 the images that it is made of.
 
+   teaser  a: direct light only, b: with light scattered in the solid
    5  a: attenuation by thickness, b: radiosity, c: their product
    6  radiosity of a coarse model, a: per pixel, b: per vertex, c: difference times 10
+   7  radiosity, a: with shift, b: with blindness, c: with neither
+   8  the external cubemap, a: as it is, b: scaled to the solid's box
    9  a: without the second layer, b: with it
   10  a: direct light only, b: with light scattered in the solid
   11  the same of the bunny
   12  three frames of a sine deformer
+  13  a alone: b is precomputed radiance transfer
 
 Example: BITLIGHT_ASSETS=~/models tools/figures.sh 6
 HELP
@@ -69,6 +73,30 @@ figure_6() {
   render figure-6 6b --passes radiosity --set translucency.evaluation=vertex
   join 6 6{a,b}/figure-6.exr --label "a per pixel" --label "b per vertex" --difference 10 \
     --label "c difference x 10"
+}
+
+figure_teaser() {
+  render teaser teaser-a --set translucency.show=direct
+  render teaser teaser-b
+  join teaser teaser-{a,b}/teaser.exr --label "a direct light" --label "b with scattered light"
+}
+
+figure_7() {
+  render figure-7 7a --passes radiosity --set translucency.shift_cure=false
+  render figure-7 7b --passes radiosity --set translucency.blindness_cure=false
+  render figure-7 7c --passes radiosity
+  join 7 7{a,b,c}/figure-7.exr --label "a shift" --label "b blindness" --label "c neither"
+}
+
+figure_8() {
+  render figure-8 8a --passes transmit --set translucency.blindness_cure=false
+  render figure-8 8b --passes transmit
+  join 8 8{a,b}/figure-8.exr --label "a as it is" --label "b scaled"
+}
+
+figure_13() {
+  render figure-13 13a
+  join 13 13a/figure-13.exr --label "a this technique"
 }
 
 figure_9() {
