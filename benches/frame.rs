@@ -1,88 +1,126 @@
-//! Frames of the translucency technique at the paper's settings: 512 × 512 pixels, 64 × 64 texels a face, a shadow map
-//! of 512 × 512 under one point light. `cargo bench --bench frame` times whole frames of every solid that is there and
-//! each pass of the knot; `-- bunny` those of one.
+//! `cargo bench --bench frame` times the translucency technique at the paper's settings, on one thread and on two:
 //!
-//! The Stanford models need `BITLIGHT_ASSETS`; without it they are left out, and that is said.
+//! - `frame`: whole frames of each solid, from the solid at rest to the picture, camera, light and shape changing every
+//!   time;
+//! - `pass`: each pass of the bunny by itself;
+//! - `triangles`, `pixels`: whole frames of a knot as either grows;
+//! - `1024²`: depth, normal and position of the bunny alone, at 1024 × 1024.
+//!
+//! `-- pass` runs one group. The Stanford models need `BITLIGHT_ASSETS`; without it they are left out, the knot stands
+//! in for the bunny, and that is said. `cargo bench --bench table` makes the tables of the README.
 
 #![allow(clippy::print_stderr, reason = "what is left out must be seen")]
 
-use bitlight::pass::{Info, Recorder, Timings, execute};
-use bitlight::run;
-use bitlight::scene::{Assets, Scene};
-use bitlight::techniques::translucency::{Frame, PASSES};
-use criterion::{Criterion, criterion_group, criterion_main};
-use std::hint::black_box;
-use std::time::Duration;
+mod workload;
 
-/// The paper's settings; the solid covers about half of the image.
-fn scene(solid: &str) -> Scene {
-    let text = format!(
-        "technique = \"translucency\"\nunit = \"mm\"\n[camera]\nposition = [0, 8, 84]\nfov = 36\n[solid]\n{solid}\n\
-         size = 50\n[material]\nname = \"Skin1\"\n[[light]]\nkind = \"point\"\nposition = [-40, 50, -70]\n\
-         intensity = [160000, 150000, 140000]\n"
-    );
-    Scene::parse(&text, "bench.toml".as_ref(), &[]).unwrap_or_else(|error| panic!("{error}"))
+use bitlight::pass::Timings;
+use bitlight::run::keep_memory;
+use bitlight::scene::Assets;
+use bitlight::techniques::translucency::PASSES;
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, SamplingMode};
+use rayon::ThreadPool;
+use std::time::{Duration, Instant};
+use workload::{FINAL, GBUFFER, KNOT, MODELS, Model, Nothing, Workload};
+
+/// Frames of a round.
+const ROUND: usize = 12;
+
+fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
+    let mut group = criterion.benchmark_group(name);
+    group.sampling_mode(SamplingMode::Flat).sample_size(10);
+    group.warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_millis(800));
+    group
 }
 
-/// A sink that keeps nothing.
-struct Nothing;
-
-impl Recorder for Nothing {
-    fn record(&mut self, _: &Info, _: bool, buffer: &bitlight::pass::Buffer) -> Result<(), bitlight::Error> {
-        black_box(buffer);
-        Ok(())
+/// Times what `frame` makes of each number by its own clock, in each pool.
+fn bench(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    pools: &[ThreadPool],
+    name: &str,
+    frame: impl Fn(usize) -> Duration + Sync,
+) {
+    for pool in pools {
+        let threads = pool.current_num_threads();
+        let name = format!("{name}, {threads} thread{}", if threads > 1 { "s" } else { "" });
+        group.bench_function(name, |bencher| {
+            bencher.iter_custom(|count| pool.install(|| (0..count as usize).map(&frame).sum()));
+        });
     }
 }
 
-fn render(frame: &Frame) {
-    execute(&PASSES, frame, &["translucency.final"], &mut Nothing).unwrap_or_else(|error| panic!("{error}"));
+/// Times whole frames.
+fn whole(group: &mut BenchmarkGroup<'_, WallTime>, pools: &[ThreadPool], name: &str, work: &Workload) {
+    bench(group, pools, name, |number| {
+        let begun = Instant::now();
+        work.render(number, FINAL, &mut Nothing);
+        begun.elapsed()
+    });
+}
+
+/// Times what of a request for a pass `counts`, by the clock of the recorder.
+fn part(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    pools: &[ThreadPool],
+    (work, pass): (&Workload, &str),
+    counts: impl Fn(&str) -> bool + Sync,
+) {
+    bench(group, pools, pass, |number| {
+        let mut timings = Timings::default();
+        work.render(number, pass, &mut timings);
+        timings.passes.iter().filter(|pass| counts(pass.0)).map(|pass| pass.1).sum()
+    });
+}
+
+fn load(model: &Model, set: &[String]) -> Workload {
+    Workload::new(model, ROUND, set, &Assets::from_environment()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn frames(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("frame");
-    group.sample_size(20);
-    let knot = "shape = \"torus-knot\"\nresolution = 64";
-    let models =
-        ["stanford-bunny", "buddha", "armadillo"].map(|name| format!("file = \"stanford/{name}.obj\""));
-    for solid in std::iter::once(knot.to_owned()).chain(models) {
-        let name = solid.split('"').nth(1).unwrap_or_default().to_owned();
-        match run::frame(&scene(&solid), &Assets::from_environment()) {
-            Ok(frame) => {
-                let name = format!("{name}, {} triangles", frame.solid.triangles.len());
-                group.bench_function(name, |bencher| bencher.iter(|| render(&frame)));
+    let (pools, mut group) = (workload::pools(), group(criterion, "frame"));
+    for model in [KNOT].iter().chain(&MODELS) {
+        match Workload::new(model, ROUND, &[], &Assets::from_environment()) {
+            Ok(work) => {
+                let name = format!("{}, {} triangles", model.name, work.triangles);
+                whole(&mut group, &pools, &name, &work);
             }
             Err(error) => eprintln!("left out: {error}"),
         }
     }
-    group.finish();
 }
 
-/// Each pass by itself: its share of the time of a request for it, by the clock of the recorder.
 fn passes(criterion: &mut Criterion) {
-    let frame = run::frame(&scene("shape = \"torus-knot\"\nresolution = 64"), &Assets::default());
-    let frame = frame.unwrap_or_else(|error| panic!("{error}"));
-    let mut group = criterion.benchmark_group("pass");
-    group.sample_size(20);
+    let model = workload::first(&Assets::from_environment());
+    let (pools, mut group) = (workload::pools(), group(criterion, &format!("pass, {}", model.name)));
+    let work = load(&model, &[]);
     for name in PASSES.iter().map(|pass| pass.info.name) {
-        group.bench_function(name, |bencher| {
-            bencher.iter_custom(|frames| {
-                let mut total = Duration::ZERO;
-                for _ in 0..frames {
-                    let mut timings = Timings::default();
-                    execute(&PASSES, &frame, &[name], &mut timings).unwrap_or_else(|error| panic!("{error}"));
-                    total += timings
-                        .passes
-                        .iter()
-                        .filter(|pass| pass.0 == name)
-                        .map(|pass| pass.1)
-                        .sum::<Duration>();
-                }
-                total
-            });
-        });
+        part(&mut group, &pools, (&work, name), |pass| pass == name);
     }
-    group.finish();
 }
 
-criterion_group!(benches, frames, passes);
-criterion_main!(benches);
+fn growth(criterion: &mut Criterion) {
+    let pools = workload::pools();
+    for (name, settings) in workload::growth() {
+        let mut group = group(criterion, name);
+        for set in settings {
+            let work = load(&KNOT, &set);
+            let name = format!("{} triangles, {} pixels", work.triangles, work.pixels);
+            whole(&mut group, &pools, &name, &work);
+        }
+    }
+}
+
+fn gbuffer(criterion: &mut Criterion) {
+    let model = workload::first(&Assets::from_environment());
+    let (pools, mut group) = (workload::pools(), group(criterion, &format!("1024², {}", model.name)));
+    part(&mut group, &pools, (&load(&model, &workload::side(1024)), GBUFFER), |_| true);
+}
+
+fn main() {
+    keep_memory();
+    let mut criterion = Criterion::default().configure_from_args();
+    for group in [frames, passes, growth, gbuffer] {
+        group(&mut criterion);
+    }
+    criterion.final_summary();
+}
