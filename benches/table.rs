@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Every figure is a median over frames of which each has another camera, light and shape. One thread and two take turns,
-//! frame by frame, so that a clock that drifts shows in neither.
+//! frame by frame, and so do the solids, twelve frames each, so that a clock that drifts shows in none.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program talks to its terminal")]
 
@@ -24,6 +24,9 @@ use workload::{BUNNY, FINAL, GBUFFER, KNOT, MODELS, Workload};
 
 /// Frames of a round and of a median.
 const FRAMES: usize = 60;
+
+/// Turns in which the solids render them.
+const TURNS: usize = 5;
 
 /// The same where something grows.
 const GROWTH_FRAMES: usize = 12;
@@ -86,30 +89,46 @@ fn median(mut times: Vec<Duration>) -> f64 {
     times[times.len() / 2].as_secs_f64() * 1e3
 }
 
-/// Renders `frames` frames in each pool by turns, after one each that does not count.
-fn round(pools: &[ThreadPool; 2], work: &Workload, frames: usize, wanted: &str) -> Round {
-    let mut times: [Vec<Vec<(&str, Duration)>>; 2] = Default::default();
-    let began = Instant::now();
-    for number in (0..=frames).take_while(|number| *number <= 5 || began.elapsed() < LONGEST) {
-        for (pool, times) in pools.iter().zip(&mut times) {
-            let frame = pool.install(|| {
-                let mut timings = Timings::default();
-                let begun = Instant::now();
-                let prepared = work.render(number, wanted, &mut timings);
-                let all = [("whole", begun.elapsed()), ("prepare", prepared)];
-                all.into_iter().chain(timings.passes).collect()
-            });
-            if number > 0 {
-                times.push(frame);
+/// The times of every frame so far in each pool: its parts by name, as [`Round`] orders them.
+#[derive(Default)]
+struct Times([Vec<Vec<(&'static str, Duration)>>; 2]);
+
+impl Times {
+    /// Renders frames, each in one pool and in the other, after one that does not count.
+    fn add(&mut self, pools: &[ThreadPool; 2], work: &Workload, frames: usize, wanted: &str) {
+        let (begun, first) = (Instant::now(), self.0[0].len());
+        for number in (0..=frames).take_while(|number| *number <= 5 || begun.elapsed() < LONGEST) {
+            for (pool, times) in pools.iter().zip(&mut self.0) {
+                let frame = pool.install(|| {
+                    let mut timings = Timings::default();
+                    let begun = Instant::now();
+                    let prepared = work.render(first + number, wanted, &mut timings);
+                    let all = [("whole", begun.elapsed()), ("prepare", prepared)];
+                    all.into_iter().chain(timings.passes).collect()
+                });
+                if number > 0 {
+                    times.push(frame);
+                }
             }
         }
     }
-    let column = |row: usize| {
-        let medians = times.each_ref().map(|times| median(times.iter().map(|frame| frame[row].1).collect()));
-        (times[0][0][row].0, medians)
-    };
-    let passes = (2..times[0][0].len()).map(column).collect();
-    Round { whole: column(0).1, prepare: column(1).1, passes }
+
+    fn medians(&self) -> Round {
+        let column = |row: usize| {
+            let of =
+                |times: &Vec<Vec<(_, Duration)>>| median(times.iter().map(|frame| frame[row].1).collect());
+            (self.0[0][0][row].0, self.0.each_ref().map(of))
+        };
+        let passes = (2..self.0[0][0].len()).map(column).collect();
+        Round { whole: column(0).1, prepare: column(1).1, passes }
+    }
+}
+
+/// One turn of frames.
+fn round(pools: &[ThreadPool; 2], work: &Workload, frames: usize, wanted: &str) -> Round {
+    let mut times = Times::default();
+    times.add(pools, work, frames, wanted);
+    times.medians()
 }
 
 fn tables() -> Result<String, Error> {
@@ -124,23 +143,29 @@ fn tables() -> Result<String, Error> {
         today()?,
         machine()?
     );
-    let mut rows = Vec::new();
-    let mut bunny = None;
+    let mut solids = Vec::new();
     for model in &MODELS {
         let work = load(&format!("{} {}", model.name, model.triangles), model, FRAMES, &[])?;
-        let times = round(&pools, &work, FRAMES, FINAL);
-        let paper = model.paper.map_or("".into(), |paper| format!("{paper}"));
+        solids.push((model, work, Times::default()));
+    }
+    for turn in 0..TURNS {
+        eprintln!("{:4} s  turn {} of {TURNS}", begun.elapsed().as_secs(), turn + 1);
+        solids.iter_mut().for_each(|(_, work, times)| times.add(&pools, work, FRAMES / TURNS, FINAL));
+    }
+    let mut rows = Vec::new();
+    for (model, work, times) in &solids {
+        let whole = times.medians().whole;
         rows.push(format!(
-            "{} | {} | {:.0} % | {} | {:.1} | {paper} | {:.0} | {:.0}",
+            "{} | {} | {:.0} % | {} | {:.1} | {} | {:.0} | {:.0}",
             model.name,
             thousands(work.triangles),
             100.0 * work.covered / work.pixels as f64,
-            pair(times.whole),
-            1e3 / times.whole[1],
-            times.whole[0] * 1e6 / work.triangles as f64,
-            times.whole[0] * 1e6 / work.covered
+            pair(whole),
+            1e3 / whole[1],
+            model.paper.map_or("".into(), |paper| paper.to_string()),
+            whole[0] * 1e6 / work.triangles as f64,
+            whole[0] * 1e6 / work.covered
         ));
-        bunny.get_or_insert((work, times));
     }
     table(
         &mut text,
@@ -148,14 +173,10 @@ fn tables() -> Result<String, Error> {
          a triangle | ns a covered pixel",
         &rows,
     );
-    if let Some((work, times)) = &bunny {
-        text += "\nThe bunny pass by pass:\n\n";
-        table(
-            &mut text,
-            "pass | ms, 1 thread | ms, 2 threads | speed-up | share | 1 thread",
-            &passes(work, times),
-        );
-    }
+    let (_, work, times) = &solids[0];
+    text += "\nThe bunny pass by pass:\n\n";
+    let head = "pass | ms, 1 thread | ms, 2 threads | speed-up | share | 1 thread";
+    table(&mut text, head, &passes(work, &times.medians()));
     text += "\nHow a knot's frames grow with its triangles and with the image:\n\n";
     let mut rows = Vec::new();
     for (name, settings) in workload::growth() {
