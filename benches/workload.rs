@@ -56,7 +56,7 @@ pub(crate) const BUNNY: Model = Model {
     name: "bunny",
     solid: "file = \"stanford/stanford-bunny.obj\"",
     triangles: 0,
-    camera: [4.0, 80.0],
+    camera: [4.0, 92.0],
     paper: Some(65.2),
 };
 

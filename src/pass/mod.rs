@@ -182,8 +182,11 @@ pub fn execute<F>(
     recorder: &mut dyn Recorder,
 ) -> Result<(), Error> {
     let needed = closure(table, wanted)?;
+    let rows: Vec<_> = table.iter().zip(needed).filter(|(_, needed)| *needed).map(|(pass, _)| pass).collect();
     let mut done = BTreeMap::new();
-    for (pass, _) in table.iter().zip(needed).filter(|(_, needed)| *needed) {
+    for (row, pass) in rows.iter().enumerate() {
+        // What no pass reads any more makes room, and memory that is still in the cache, for the next.
+        done.retain(|name, _| rows[row..].iter().any(|later| later.info.inputs.contains(name)));
         let info = &pass.info;
         recorder.begin(info);
         let inputs = Inputs { pass: info, done: &done, read: RefCell::default() };
