@@ -213,8 +213,7 @@ impl Loaded {
     /// # Errors
     /// A light inside the solid, a solid deformed out of range.
     pub fn frame(&self, scene: &Scene) -> Result<translucency::Frame, Error> {
-        let mut solid = self.solid.clone();
-        scene.wave.apply(&mut solid, scene.time).map_err(|error| error.key("wave.amplitude"))?;
+        let solid = scene.wave.apply(&self.solid, scene.time).map_err(|error| error.key("wave.amplitude"))?;
         let lights = scene.lights.iter().zip(&self.environments).map(|(source, coefficients)| match source {
             Source::Point { position, intensity } => {
                 Light::Point { position: *position, intensity: *intensity }

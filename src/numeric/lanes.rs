@@ -6,8 +6,19 @@
 /// Values that a kernel's loop works on together: several vectors of any processor, and little enough stack.
 pub const BLOCK: usize = 64;
 
-/// Defines a function twice, for every processor and for those with AVX2, and calls the one that fits. What it calls
-/// must be inlined into it, or stays as it is for every processor: hence `#[inline(always)]` on a kernel's parts.
+/// Whether the processor has the parts of AVX-512 that `wide!` compiles for.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+pub(crate) fn has_avx512() -> bool {
+    std::arch::is_x86_feature_detected!("avx512f")
+        && std::arch::is_x86_feature_detected!("avx512bw")
+        && std::arch::is_x86_feature_detected!("avx512dq")
+        && std::arch::is_x86_feature_detected!("avx512vl")
+}
+
+/// Defines a function three times, for every processor and for those with AVX2 and AVX-512, and calls the one that fits.
+/// What it calls must be inlined into it, or stays as it is for every processor: hence `#[inline(always)]` on a kernel's
+/// parts.
 macro_rules! wide {
     ($(#[$attribute:meta])* $vis:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
         $(#[$attribute])*
@@ -19,6 +30,15 @@ macro_rules! wide {
                 #[target_feature(enable = "avx2")]
                 fn avx2($($argument: $type),*) $(-> $result)? {
                     plain($($argument),*)
+                }
+                #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+                fn avx512($($argument: $type),*) $(-> $result)? {
+                    plain($($argument),*)
+                }
+                if $crate::numeric::lanes::has_avx512() {
+                    #[expect(unsafe_code, reason = "the same function, for a processor that was just looked at")]
+                    // SAFETY: the processor has what the function is compiled for.
+                    return unsafe { avx512($($argument),*) };
                 }
                 if std::arch::is_x86_feature_detected!("avx2") {
                     #[expect(unsafe_code, reason = "the same function, for a processor that was just looked at")]

@@ -173,6 +173,9 @@ fn clip_one(triangle: &[u32; 3], positions: &[Vec3], vertices: &[Projected], vie
 fn sorted(found: &[Touching], view: &View) -> (Vec<u32>, Vec<u32>) {
     let columns = view.width.div_ceil(TILE);
     let tiles = columns * view.height.div_ceil(TILE);
+    if tiles == 1 {
+        return (found.iter().map(|one| one.triangle).collect(), vec![0, found.len() as u32]);
+    }
     let mut begins = vec![0; tiles + 1];
     for one in found {
         one.tiles(columns, |tile| begins[tile + 1] += 1);

@@ -54,26 +54,44 @@ fn taps_as_printed(width: usize) -> Vec<(isize, f32)> {
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let shadows = inputs.get("translucency.shadow");
     let (size, width) = (frame.settings.shadow, frame.settings.blur);
-    let mut values = Vec::with_capacity(frame.casters.len() * size * size);
+    let mut maps = Vec::with_capacity(frame.casters.len());
     for (number, caster) in frame.casters.iter().enumerate() {
-        let distances = shadows.slice(number).as_chunks::<3>().0.iter().map(|[distance, ..]| *distance);
-        match frame.settings.reading {
+        let texels = shadows.slice(number).as_chunks::<3>().0;
+        maps.push(match frame.settings.reading {
             Reading::Corrected => {
-                let sums: Vec<f32> = distances.collect();
-                let weights: Vec<f32> =
-                    sums.iter().map(|distance| if *distance > 0.0 { 1.0 } else { 0.0 }).collect();
-                let [sums, weights] = [sums, weights].map(|map| convolved(&map, size, &taps(width), 0.0));
-                let share = |(sum, weight): (&f32, &f32)| if *weight > 0.0 { sum / weight } else { 0.0 };
-                values.extend(sums.iter().zip(&weights).map(share));
+                let taps = taps(width);
+                let sums = convolved(&each(texels, size, |distance| distance), size, &taps, 0.0);
+                let covered = each(texels, size, |distance| if distance > 0.0 { 1.0 } else { 0.0 });
+                let weights = convolved(&covered, size, &taps, 0.0);
+                parallel::images([1, size * size], size, 0.0, |_, row, out| {
+                    let row = row * size..(row + 1) * size;
+                    for (out, (sum, weight)) in
+                        out.iter_mut().zip(sums[row.clone()].iter().zip(&weights[row]))
+                    {
+                        let share = sum / weight;
+                        *out = if *weight > 0.0 { share } else { 0.0 };
+                    }
+                })
             }
             Reading::Paper => {
                 let clear = caster.shadow.distance(frame.bounds.center()) + 1.5 * frame.bounds.radius();
-                let filled = distances.map(|distance| if distance > 0.0 { distance } else { clear });
-                values.extend(convolved(&filled.collect::<Vec<_>>(), size, &taps_as_printed(width), clear));
+                let filled = each(texels, size, |distance| if distance > 0.0 { distance } else { clear });
+                convolved(&filled, size, &taps_as_printed(width), clear)
             }
-        }
+        });
     }
+    // One light's map is the buffer as it is.
+    let values = if maps.len() == 1 { maps.remove(0) } else { maps.concat() };
     Buffer::f32(&[frame.casters.len(), size, size], values)
+}
+
+/// A number for each texel, made of its distance.
+fn each(texels: &[[f32; 3]], size: usize, of: impl Fn(f32) -> f32 + Sync) -> Vec<f32> {
+    parallel::images([1, size * size], size, 0.0, |_, row, out| {
+        for (out, [distance, ..]) in out.iter_mut().zip(&texels[row * size..]) {
+            *out = of(*distance);
+        }
+    })
 }
 
 /// Convolves the rows, then the columns, of a square map, outside which every texel is `outside`.
