@@ -3,7 +3,7 @@
 
 use super::SUBPIXELS;
 use super::batch::Batch;
-use super::fill::{LANES, Sorted, Tile, batches, centre, large};
+use super::fill::{LANES, Sorted, Tile, batches, centre, large, touch};
 use std::arch::x86_64::*;
 
 /// `fill::fill` with eight lanes.
@@ -16,6 +16,13 @@ pub(super) fn fill<const TWO: bool>(tile: &mut Tile, sorted: &Sorted<'_>, number
 #[inline]
 fn small<const TWO: bool>(tile: &mut Tile, batch: &Batch, lane: usize) {
     let [left, top, right, bottom] = batch.part(lane);
+    if right - left == 1 && bottom - top == 1 {
+        // Where triangles are smaller than pixels, most boxes hold one centre.
+        if batch.start[0][lane] | batch.start[1][lane] | batch.start[2][lane] >= 0 {
+            touch::<TWO>(tile, batch, lane, left, top);
+        }
+        return;
+    }
     let whole = |of: &[[i32; _]; 3]| [0, 1, 2].map(|i| _mm256_set1_epi32(of[i][lane]));
     let (start, across, down) = (whole(&batch.start), whole(&batch.across), whole(&batch.down));
     let (low, high) = (_mm256_set1_ps(batch.low[lane]), _mm256_set1_ps(batch.high[lane]));

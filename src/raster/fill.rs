@@ -204,7 +204,7 @@ pub(super) fn large<const TWO: bool>(tile: &mut Tile, batch: &Batch, lane: usize
 
 /// A triangle covers the centre of a pixel.
 #[inline(always)]
-fn touch<const TWO: bool>(tile: &mut Tile, batch: &Batch, lane: usize, x: usize, y: usize) {
+pub(super) fn touch<const TWO: bool>(tile: &mut Tile, batch: &Batch, lane: usize, x: usize, y: usize) {
     let (row, at) = (&mut tile.rows[y - tile.top], x - tile.left);
     let (depth, triangle) = (batch.depth(lane, centre(x), centre(y)), batch.triangle[lane]);
     let old = row.depth[at];

@@ -25,11 +25,9 @@ pub(super) const LOST: i32 = 32;
 
 /// The vertices of a mesh on the screen of a view.
 pub(super) fn project(positions: &[Vec3], view: &View) -> Vec<Projected> {
-    let mut projected = vec![[0; 4]; positions.len()];
-    parallel::for_each_chunk(&mut projected, RUN, |chunk, out| {
+    parallel::images([1, positions.len()], RUN, [0; 4], |_, chunk, out| {
         run(&positions[chunk * RUN..][..out.len()], view, out);
-    });
-    projected
+    })
 }
 
 wide! {

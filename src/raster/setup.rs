@@ -43,13 +43,16 @@ impl Run {
         first: usize,
     ) -> Self {
         let triangles = &triangles[first..min(triangles.len(), first + RUN)];
-        let (mut found, mut clipped) = (Vec::with_capacity(RUN), Vec::new());
-        if touching(triangles, vertices, view, &mut found) {
+        let (mut found, mut clipped) = (vec![Touching::default(); triangles.len()], Vec::new());
+        let (count, clip) = touching(triangles, vertices, view, &mut found);
+        found.truncate(count);
+        if clip {
             for (triangle, corners) in (first as u32..).zip(triangles) {
                 let points = clip_one(corners, positions, vertices, view);
                 for pair in points.windows(2).skip(1) {
                     let corners = [points[0], pair[0], pair[1]];
-                    if let Some(touching) = Touching::new((RUN + clipped.len()) as u32, &corners, view) {
+                    let (touching, covers) = Touching::new((RUN + clipped.len()) as u32, &corners, view);
+                    if covers {
                         clipped.push((triangle, corners));
                         found.push(touching);
                     }
@@ -83,34 +86,31 @@ impl Run {
 }
 
 wide! {
-    /// Appends the triangles of a run whose boxes hold the centre of a pixel; whether some must be clipped, which are
-    /// left out.
+    /// Finds the triangles of a run whose boxes hold the centre of a pixel: how many, and whether some must be clipped,
+    /// which are left out. Which they are changes from one to the next too often to be guessed, so none is a branch.
     fn touching(
         triangles: &[[u32; 3]],
         vertices: &[Projected],
         view: &View,
-        found: &mut Vec<Touching>,
-    ) -> bool {
-        let mut codes = 0;
+        found: &mut [Touching],
+    ) -> (usize, bool) {
+        let (mut codes, mut count) = (0, 0);
         for (place, [a, b, c]) in (0..).zip(triangles) {
             let [a, b, c] = [vertices[*a as usize], vertices[*b as usize], vertices[*c as usize]];
             let any = a[3] | b[3] | c[3];
             codes |= any;
-            if let Some(touching) = Touching::new(place, &[a, b, c], view)
-                && any & (CLIP | LOST) == 0
-                && a[3] & b[3] & c[3] & SIDES == 0
-            {
-                found.push(touching);
-            }
+            let (touching, covers) = Touching::new(place, &[a, b, c], view);
+            found[count] = touching;
+            count += usize::from(covers & ((any & (CLIP | LOST)) | (a[3] & b[3] & c[3] & SIDES) == 0));
         }
-        codes & CLIP != 0
+        (count, codes & CLIP != 0)
     }
 }
 
 impl Touching {
-    /// Nothing where no pixel's centre lies in the box and in the image.
+    /// And whether a pixel's centre lies in the box and in the image: else it touches nothing.
     #[inline(always)]
-    fn new(triangle: u32, [a, b, c]: &[Projected; 3], view: &View) -> Option<Self> {
+    fn new(triangle: u32, [a, b, c]: &[Projected; 3], view: &View) -> (Self, bool) {
         // All four numbers of a vertex at once, though two have no pixels: they are one vector.
         let (mut first, mut last) = ([0; 4], [0; 4]);
         for i in 0..4 {
@@ -120,13 +120,14 @@ impl Touching {
         let (left, top) = (max(first[0], 0), max(first[1], 0));
         let (right, bottom) = (min(last[0], view.width as i32), min(last[1], view.height as i32));
         let tile = |pixel: i32| (pixel as u32 / TILE as u32) as u8;
-        ((left < right) & (top < bottom)).then(|| Self {
+        let touching = Self {
             triangle,
             left: tile(left),
             top: tile(top),
-            right: tile(right - 1),
-            bottom: tile(bottom - 1),
-        })
+            right: tile(right.wrapping_sub(1)),
+            bottom: tile(bottom.wrapping_sub(1)),
+        };
+        (touching, (left < right) & (top < bottom))
     }
 
     /// Calls `touch` with the number of each tile, `columns` in a row.
