@@ -369,7 +369,7 @@ fn figures_say_what_they_need() {
     };
     let help = figures("--help");
     assert!(help.status.success() && stdout(&help).contains("difference times 10"), "{}", stderr(&help));
-    for (argument, part) in [("6", "set BITLIGHT_ASSETS to the folder"), ("7", "there is no figure 7")] {
+    for (argument, part) in [("6", "set BITLIGHT_ASSETS to the folder"), ("4", "there is no figure 4")] {
         let refused = figures(argument);
         assert!(refused.status.code() == Some(2) && stderr(&refused).contains(part), "{}", stderr(&refused));
     }

@@ -223,3 +223,28 @@ fn a_large_triangle_is_filled_like_the_small_ones_that_it_is_made_of() {
         }
     }
 }
+
+/// Nothing nearer than the near plane is drawn, and what crosses it is cut there.
+#[test]
+fn the_near_plane_cuts_at_its_own_distance() {
+    let axes = Axes::looking(Vec3::NEG_Z, Vec3::Y);
+    let view = View::perspective(Vec3::ZERO, axes, [1.0, 1.0], 1.0, [64, 64]);
+    // A triangle before the plane, up to a thousandth from it; and one just beyond.
+    let across = |z: f32| [Vec3::new(-9.0, -9.0, z), Vec3::new(9.0, -9.0, z), Vec3::new(0.0, 9.0, z)];
+    for z in [-0.3, -0.55, -0.7, -0.999] {
+        assert!(visibility(&across(z), &[[0, 1, 2]], &view).triangle.iter().all(|id| *id == NONE), "{z}");
+    }
+    assert!(visibility(&across(-1.001), &[[0, 1, 2]], &view).triangle.contains(&0));
+    // A floor from before the plane to far beyond: row by row at height −½ it lies at 1/2 over the row's tangent.
+    let floor = [Vec3::new(-9.0, -0.5, -0.6), Vec3::new(9.0, -0.5, -0.6), Vec3::new(0.0, -0.5, -30.0)];
+    let seen = visibility(&floor, &[[0, 1, 2]], &view);
+    for y in 0..64 {
+        let down = (2 * y + 1) as f32 / 64.0 - 1.0;
+        let distance = 0.5 / down;
+        let expected = down > 0.0 && (1.0..20.0).contains(&distance);
+        if expected || down <= 0.0 || distance < 0.99 {
+            assert_eq!(seen.triangle[y * 64 + 32] != NONE, expected, "row {y} at distance {distance}");
+        }
+    }
+    assert!(seen.depth.iter().all(|depth| *depth <= 1.0));
+}

@@ -301,3 +301,27 @@ fn any_number_of_casters() {
         }
     }
 }
+
+/// A light without red gives green and blue what it gives them with red, in every pass.
+#[test]
+fn colours_do_not_mix() {
+    let (_, solid, material) = SOLIDS[1];
+    let lit = |intensity: [f32; 3]| {
+        let light =
+            format!("[[light]]\nkind = \"point\"\nposition = [-22, 16, -30]\nintensity = {intensity:?}\n");
+        render(&(head(solid, material) + &light), &[]).1
+    };
+    let (white, cyan) = (lit([900.0; 3]), lit([0.0, 900.0, 900.0]));
+    let mut positive = 0;
+    for pass in ["cubemap", "transmit", "projection", "radiosity", "direct", "final"] {
+        let stride = if pass == "cubemap" { 4 } else { 3 };
+        let values =
+            |kept, channel: usize| of(kept, pass).iter().skip(channel).step_by(stride).copied().collect();
+        for channel in [1, 2] {
+            let (white, cyan): (Vec<f32>, Vec<f32>) = (values(&white, channel), values(&cyan, channel));
+            assert!(white == cyan, "{pass} channel {channel}");
+            positive += white.iter().filter(|value| **value > 0.0).count();
+        }
+    }
+    assert!(positive > 1000, "{positive}");
+}
