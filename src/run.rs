@@ -114,9 +114,9 @@ fn buffer(scene: &Scene, info: &Info) -> (usize, u64) {
     (group, info.axes.iter().map(|axis| length(axis) as u64).product::<u64>() * 4)
 }
 
-/// The bytes that the passes of a request need at once, by the scene's settings alone: their buffers, the recorder's
-/// copies of the wanted ones, twice the largest while it is made and digested, and the tables of the cubemap. The
-/// solid's own come on top.
+/// The bytes that the passes of a request need at most, by the scene's settings alone: their buffers, as if none were
+/// freed before the end, the recorder's copies of the wanted ones, twice the largest while it is made and digested, and
+/// the tables of the cubemap. The solid's own come on top.
 ///
 /// # Errors
 /// An unknown pass.

@@ -1,8 +1,9 @@
 //! `translucency.shadow`: the distance from each casting light to the first surface (§2.2, Williams 1978).
 //!
 //! Decides errata T12: the recorded distance is linear, and radial for a point light, so that it may be subtracted
-//! from a point's distance; under both readings, as nothing else can be. Beside it stands the rasterized depth, by which
-//! `peel` tells the second surface from the first without rounding. Both are 0 where the light sees nothing.
+//! from a point's distance; under both readings, as nothing else can be. Beside it stand the rasterized depths of the
+//! first surface and of the second, of which `peel` is made: one filling finds both (§3 fills twice). All are 0 where the
+//! light sees nothing.
 
 use super::Frame;
 use crate::numeric::{lanes::wide, parallel};
@@ -13,10 +14,11 @@ pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
         name: "translucency.shadow",
         equation: "§2.2; T12",
-        about: "distance from the light to the first surface, 0 where there is none, and its rasterized depth",
+        about: "distance from the light to the first surface, its rasterized depth, and that of the second; 0 where there \
+            is none",
         inputs: &[],
         axes: &[Axis::Caster, Axis::Row, Axis::Column, Axis::Channel(&["distance", "depth", "second"])],
-        unit: "scene unit; depth in [0, 1], 1 nearest",
+        unit: "scene unit; depths in [0, 1], 1 nearest",
     },
     run,
 };
