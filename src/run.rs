@@ -138,9 +138,8 @@ fn groups(scene: &Scene, wanted: &[&str]) -> Result<[u64; 3], Error> {
     }
     bytes[largest.0] += 2 * largest.1;
     if bytes[0] > 0 {
-        // A texel's position and normal, and its nine basis functions in `f64`, twice while they are collected, and its
-        // corner's share of solid angles.
-        bytes[0] += 6 * (scene.translucency.cubemap as u64).pow(2) * (28 + 144 + 8);
+        // A texel's triangle, what its tile holds while it is filled, and its corner's share of solid angles.
+        bytes[0] += 6 * (scene.translucency.cubemap as u64).pow(2) * (4 + 14 + 8);
     }
     Ok(bytes)
 }
@@ -374,7 +373,10 @@ mod tests {
         assert_eq!(refusal(&[]), Ok(()));
         assert_eq!(refusal(&["image.width=8192", "image.height=8192"]), Err("image.width".into()));
         assert_eq!(refusal(&["translucency.shadow=8192"]), Ok(()));
-        assert_eq!(refusal(&["translucency.cubemap=2048"]), Err("translucency.cubemap".into()));
+        assert_eq!(
+            refusal(&["translucency.cubemap=2048", "image.width=4096", "image.height=4096"]),
+            Err("translucency.cubemap".into())
+        );
     }
 
     const SEQUENCE: &str = "technique = \"translucency\"\nimage = { width = 16, height = 16 }\n\
