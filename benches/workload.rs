@@ -56,7 +56,7 @@ pub(crate) const BUNNY: Model = Model {
     name: "bunny",
     solid: "file = \"stanford/stanford-bunny.obj\"",
     triangles: 0,
-    camera: [4.0, 92.0],
+    camera: [4.0, 99.0],
     paper: Some(65.2),
 };
 
@@ -64,7 +64,7 @@ const BUDDHA: Model = Model {
     name: "buddha",
     solid: "file = \"stanford/buddha.obj\"",
     triangles: 0,
-    camera: [0.0, 55.0],
+    camera: [0.0, 56.5],
     paper: None,
 };
 
@@ -72,7 +72,7 @@ const ARMADILLO: Model = Model {
     name: "armadillo",
     solid: "file = \"stanford/armadillo.obj\"",
     triangles: 0,
-    camera: [0.0, 70.0],
+    camera: [0.0, 72.5],
     paper: None,
 };
 
