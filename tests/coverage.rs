@@ -193,13 +193,10 @@ fn a_large_triangle_is_filled_like_the_small_ones_that_it_is_made_of() {
     let axes = Axes { right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z };
     let view = View::orthographic(Vec3::ZERO, axes, [150.0, 150.0], [-1.0, 1.0], [size, size]);
     for trial in 0..40 {
-        let at =
-            |n: u64| Vec3::new(unit(5, trial, n, 0), unit(5, trial, n, 1), 0.5).with_z(0.0) * 290.0 - 145.0;
-        let [a, b, c] = [at(0), at(1), at(2)].map(|p| p.with_z(0.0));
-        // Corners on the grid of 1/256 pixel, halves too: four levels down the parts' corners are on it as well.
-        let round = |p: Vec3| Vec3::new((p.x / 4.0).round() * 4.0, (p.y / 4.0).round() * 4.0, 0.0);
-        let mut parts = vec![[round(a), round(b), round(c)]];
-        let whole = parts[0];
+        // Corners at multiples of 4: four levels down the parts' corners are on the grid of 1/256 pixel too.
+        let place = |n: u64, dimension| ((unit(5, trial, n, dimension) * 290.0 - 145.0) / 4.0).round() * 4.0;
+        let whole = [0, 1, 2].map(|n| Vec3::new(place(n, 0), place(n, 1), 0.0));
+        let mut parts = vec![whole];
         for _ in 0..4 {
             parts = parts
                 .iter()

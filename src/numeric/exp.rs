@@ -1,6 +1,8 @@
 //! e^x in plain arithmetic, so that loops over many values may hold it: pxfm's is a call, and picks among
 //! instructions at run time.
 
+use super::lanes::WHOLE;
+
 /// e^x, correctly rounded (every one of the 2³² inputs was compared with pxfm's: `--ignored` repeats that).
 ///
 /// In `f64`: x = k ln 2 + r with a whole number k and |r| ≤ ½ ln 2, and the Taylor polynomial of degree 12 in r,
@@ -14,8 +16,6 @@ pub fn exp(x: f32) -> f32 {
     // Beyond these ends the result is 0 and infinity.
     let held = if x < -104.0 { -104.0 } else { x };
     let x = f64::from(if held > 89.0 { 89.0 } else { held });
-    // Adding 1.5 · 2⁵² leaves no bit for a fraction: the sum's low bits are the whole number.
-    const WHOLE: f64 = 6_755_399_441_055_744.0;
     let shifted = x * std::f64::consts::LOG2_E + WHOLE;
     let k = shifted - WHOLE;
     // ln 2 in two parts, the first with so few bits that its product with k is exact.

@@ -1,10 +1,14 @@
-//! Plain loops over many values, compiled once for every processor and once for those with wider vectors.
+//! Plain loops over many values, compiled for every processor and again for those with wider vectors.
 //!
-//! rustc neither contracts nor reorders floating-point operations, so both have the same bits (contract 4). A loop
+//! rustc neither contracts nor reorders floating-point operations, so all have the same bits (contract 4). A loop
 //! over arrays of a constant length, without calls and without an early end, becomes vector instructions.
 
 /// Values that a kernel's loop works on together: several vectors of any processor, and little enough stack.
 pub const BLOCK: usize = 64;
+
+/// 1.5 · 2⁵²: added to a number of magnitude up to 2⁵⁰ it leaves no bit for a fraction, so the addition rounds half to
+/// even, and the sum's low bits are the whole number. `round_ties_even` would be a call on processors before SSE 4.1.
+pub(crate) const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 /// Whether the processor has the parts of AVX-512 that `wide!` compiles for.
 #[cfg(target_arch = "x86_64")]

@@ -29,7 +29,7 @@ fn small<const TWO: bool>(tile: &mut Tile, batch: &Batch, lane: usize) {
     let triangle = _mm256_set1_epi32(batch.triangle[lane] as i32);
     let mut step = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     let mut column = left - tile.left;
-    while column < right.wrapping_sub(tile.left) {
+    while column < right - tile.left {
         let at = |i: usize| _mm256_add_epi32(start[i], _mm256_mullo_epi32(across[i], step));
         let [mut at0, mut at1, mut at2] = [at(0), at(1), at(2)];
         let x = _mm256_set1_epi32(centre(left) - batch.x[0][lane]);

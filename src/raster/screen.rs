@@ -1,7 +1,7 @@
 //! Vertices on the screen: projected, snapped to 1/256 pixel, and what of the image they lie beyond.
 
 use super::{SUBPIXELS, View};
-use crate::numeric::lanes::{BLOCK, wide};
+use crate::numeric::lanes::{BLOCK, WHOLE, wide};
 use crate::numeric::parallel;
 use glam::Vec3;
 
@@ -73,9 +73,7 @@ fn beyond([x, y, z, w]: [f32; 4], [guard_x, guard_y]: [f32; 2]) -> i32 {
 /// x and y snapped to 1/256 pixel, half to even, and the bits of the depth.
 #[inline(always)]
 pub(super) fn snap(clip: [f32; 4], view: &View) -> [i32; 3] {
-    // Adding 1.5 · 2⁵² leaves no bit for a fraction: the addition rounds half to even, and the sum's low bits are
-    // the whole number. `round_ties_even` would be a call on processors before SSE 4.1.
-    let whole = |at: f32| (f64::from(at * SUBPIXELS as f32) + 6_755_399_441_055_744.0).to_bits() as i32;
+    let whole = |at: f32| (f64::from(at * SUBPIXELS as f32) + WHOLE).to_bits() as i32;
     let [x, y] = view.pixel(clip);
     [whole(x), whole(y), (clip[2] / clip[3]).to_bits() as i32]
 }

@@ -29,9 +29,8 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let values = parallel::images([1, pixels * 3], 3 * super::RUN, 0.0, |_, chunk, out| {
         let first = chunk * super::RUN;
         for light in 0..frame.lights.len() {
-            let of =
-                |values: &'_ [f32]| (light * pixels + first) * 3..(light * pixels + first) * 3 + values.len();
-            let at = of(out);
+            let start = (light * pixels + first) * 3;
+            let at = start..start + out.len();
             add(frame.settings.show, &direct[at.clone()], &attenuation[at.clone()], &radiosity[at], out);
         }
         let depths = gbuffer[first * 7..].chunks_exact(7).map(|texel| texel[6]);
