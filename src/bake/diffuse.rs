@@ -55,5 +55,5 @@ fn weighted(
     let put = |_: usize, sums: &[f64], out: &mut [f32]| {
         out.iter_mut().zip(sums).for_each(|(out, sum)| *out = *sum as f32);
     };
-    project(mesh, directions, visibility, bands, estimate, k, (bands * bands, put))
+    project(mesh, directions, visibility, bands, estimate, k, 0..mesh.positions.len(), (bands * bands, put))
 }

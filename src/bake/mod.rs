@@ -21,11 +21,25 @@
 //! Results are `f32`; sums run in `f64` in the order of the directions, so they are those of a plain loop, and what is off
 //! is the quadrature, not the arithmetic.
 
+mod bounce;
+pub mod brdf;
 mod diffuse;
+mod frame;
+mod glossy;
+mod matrix;
 mod project;
+mod scatter;
+mod single;
+mod triple;
 mod visibility;
 
+pub use bounce::{Meeting, Meetings, diffuse_bounces, gather, meetings};
 pub use diffuse::{irradiance, vectors};
+pub use frame::frame;
+pub use glossy::glossy_bounces;
+pub use matrix::{Matrices, matrices, visibility_bands};
+pub use scatter::multiple_scattering;
+pub use single::{SingleScattering, single_scattering};
 pub use visibility::{Visibility, visibility};
 
 use crate::sphere::quadrature;

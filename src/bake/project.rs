@@ -13,13 +13,13 @@ use crate::sphere::sh;
 use crate::trace::bundle::WORD;
 use crate::world::mesh::Mesh;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// Functions that are summed together.
 const TILE: usize = 16;
 
 /// The basis at every direction.
 pub(super) struct Table {
-    bands: usize,
     /// `[tiles][directions]`: [`TILE`] functions each, the last tile filled up with 0.
     values: Vec<[f64; TILE]>,
     count: usize,
@@ -36,7 +36,7 @@ impl Table {
                 values[tile * count + index][..part.len()].copy_from_slice(part);
             }
         }
-        Self { bands, values, count }
+        Self { values, count }
     }
 
     /// Σ weight · y over `terms` (direction, weight), in their order, into `sums` (bands² items).
@@ -99,7 +99,9 @@ fn terms(
     }
 }
 
-/// ∫ V(ω) k(n·ω) y_i(ω) dω of every vertex in `f64`, handed to `put` with the vertex's `width` items of the result.
+/// ∫ V(ω) k(n·ω) y_i(ω) dω of each of `vertices` in `f64`, handed to `put` with the vertex and its `width` items of the
+/// result.
+#[expect(clippy::too_many_arguments, reason = "the integral's parts, each its own")]
 pub(super) fn project<T: Clone + Default + Send>(
     mesh: &Mesh,
     directions: &Directions,
@@ -107,16 +109,17 @@ pub(super) fn project<T: Clone + Default + Send>(
     bands: usize,
     estimate: Estimate,
     k: impl Fn(f64) -> f64 + Sync,
+    vertices: Range<usize>,
     (width, put): (usize, impl Fn(usize, &[f64], &mut [T]) + Sync),
 ) -> Vec<T> {
     let table = Table::new(bands, directions);
     let profile = zonal(bands, &k);
-    let mut results = vec![T::default(); mesh.positions.len() * width];
+    let mut results = vec![T::default(); vertices.len() * width];
     parallel::for_each_chunk(&mut results, RUN * width, |run, results| {
         let (mut sums, mut rest) = (vec![0.0; bands * bands], vec![0.0; bands * bands]);
         let (mut seen, mut hidden) = (Vec::new(), Vec::new());
         for (index, result) in results.chunks_exact_mut(width).enumerate() {
-            let vertex = run * RUN + index;
+            let vertex = vertices.start + run * RUN + index;
             let normal = mesh.normals[vertex].as_dvec3().to_array();
             let (visible, blocked) = visibility.of(vertex);
             seen.clear();
@@ -131,7 +134,6 @@ pub(super) fn project<T: Clone + Default + Send>(
             put(vertex, &sums, result);
         }
     });
-    debug_assert_eq!(table.bands, bands);
     results
 }
 
