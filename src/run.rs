@@ -107,9 +107,12 @@ const GROUPS: [(&str, &[&str], &str); 5] = [
     ("translucency.cubemap", &["translucency.cubemap", "translucency.transmit"], TRANSLUCENCY),
     ("translucency.shadow", &["translucency.shadow", "translucency.peel", "translucency.blur"], TRANSLUCENCY),
     ("prt.directions", &["prt.visibility"], PRT),
-    ("prt.bands", &["prt.light", "prt.vectors", "prt.matrices", "prt.shading"], PRT),
+    ("prt.bands", &["prt.vectors", "prt.matrices", "prt.brdf", "prt.bounced", "prt.scattered"], PRT),
     ("image.width", &[], ""), // all others
 ];
+
+/// The place in [`GROUPS`] of what the directions of a bake set the size of.
+const PRT_DIRECTIONS: usize = 2;
 
 const TRANSLUCENCY: &str =
     "make image.width and image.height, translucency.shadow or translucency.cubemap smaller";
@@ -130,6 +133,9 @@ fn buffer(scene: &Scene, info: &Info, vertices: usize) -> (usize, u64) {
         Technique::Prt => (scene.prt.bands.pow(2), scene.prt.bands.pow(2)),
     };
     let casters = scene.lights.iter().filter(|light| !matches!(light, Source::Environment { .. })).count();
+    let computes = prt::computes(info.name, &scene.surface, &scene.prt);
+    let [vertices, matrix, exits] =
+        [vertices, matrix, prt::EXITS].map(|length| if computes { length } else { 0 });
     let length = |axis: &Axis| match axis {
         Axis::Light => scene.lights.len(),
         Axis::Caster => casters,
@@ -139,6 +145,7 @@ fn buffer(scene: &Scene, info: &Info, vertices: usize) -> (usize, u64) {
         Axis::Row => rows,
         Axis::Column => columns,
         Axis::Vertex => vertices,
+        Axis::Exit => exits,
         Axis::Word => scene.prt.directions.div_ceil(32),
         Axis::Coefficient => coefficients,
         Axis::MatrixRow | Axis::MatrixColumn => matrix,
@@ -149,7 +156,8 @@ fn buffer(scene: &Scene, info: &Info, vertices: usize) -> (usize, u64) {
 
 /// The bytes that the passes of a request need at most, by the scene's settings and the number of the solid's vertices
 /// (0 before it is loaded): their buffers, as if none were freed before the end, the recorder's copies of the wanted
-/// ones, twice the largest while it is made and digested, and the tables of the cubemap. The solid's own come on top.
+/// ones, twice the largest while it is made and digested, the tables of the cubemap, and what blocked directions meet where
+/// light bounces. The solid's own come on top.
 ///
 /// # Errors
 /// An unknown pass.
@@ -168,6 +176,10 @@ fn groups(scene: &Scene, wanted: &[&str], vertices: usize) -> Result<[u64; GROUP
         }
     }
     bytes[largest.0] += 2 * largest.1;
+    if scene.technique == Technique::Prt && scene.prt.bounces > 0 {
+        // What each blocked direction meets, at most all above the horizon.
+        bytes[PRT_DIRECTIONS] += vertices as u64 * scene.prt.directions as u64 / 2 * 16;
+    }
     if bytes[0] > 0 {
         // A texel's triangle, what its tile holds while it is filled, and its corner's share of solid angles.
         bytes[0] += 6 * (scene.translucency.cubemap as u64).pow(2) * (4 + 14 + 8);

@@ -42,6 +42,8 @@ pub enum Axis {
     Column,
     /// The solid's vertices.
     Vertex,
+    /// Directions of exit, from the normal to the horizon.
+    Exit,
     /// Words of 32 bits, a bit a direction, the lowest first.
     Word,
     /// Spherical-harmonic coefficients in order l² + l + m.
@@ -65,6 +67,7 @@ impl Axis {
             Self::Row => "row".into(),
             Self::Column => "column".into(),
             Self::Vertex => "vertex".into(),
+            Self::Exit => "exit".into(),
             Self::Word => "word".into(),
             Self::Coefficient => "coefficient".into(),
             Self::MatrixRow => "row of matrix".into(),

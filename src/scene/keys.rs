@@ -470,7 +470,7 @@ pub const KEYS: &[Key] = &[
         Kind::Choice(&["control", "quadrature"]),
         Some("\"control\""),
         "",
-        "How directions are summed: what is hidden less than the whole known exactly, or what is seen.",
+        "How integrals are estimated: with what the sum over the whole hemisphere lacks as a control, or as plain sums.",
     ),
     key(
         "prt",
@@ -478,7 +478,7 @@ pub const KEYS: &[Key] = &[
         Kind::Choice(&["corrected", "paper"]),
         Some("\"corrected\""),
         "",
-        "Whether the equations are computed as the errata correct them or to the letter of the print.",
+        "Whether transfer vectors are as the errata correct them, or the print's, without cosine, albedo and bounces.",
     ),
     key(
         "prt",

@@ -5,6 +5,7 @@ pub mod keys;
 mod value;
 
 use crate::Error;
+use crate::bake;
 use crate::techniques::{prt, translucency};
 use crate::world::brdf::{Brdf, Gloss};
 use crate::world::camera::Camera;
@@ -502,12 +503,12 @@ impl Reader {
             bands: self.whole(table, "bands"),
             directions: self.whole(table, "directions"),
             method: match self.text(table, "method").as_deref() {
-                Some("quadrature") => prt::Method::Quadrature,
-                _ => prt::Method::Control,
+                Some("quadrature") => bake::Estimate::Plain,
+                _ => bake::Estimate::Control,
             },
             reading: match self.text(table, "reading").as_deref() {
-                Some("paper") => prt::Reading::Paper,
-                _ => prt::Reading::Corrected,
+                Some("paper") => bake::Reading::Printed,
+                _ => bake::Reading::Corrected,
             },
             bounces: self.whole(table, "bounces"),
             subsurface: match self.text(table, "subsurface").as_deref() {

@@ -132,7 +132,7 @@ pub(crate) fn render(text: &str, set: &[&str]) -> (Scene, Kept) {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
     let scene = Scene::parse(text, "oracle.toml".as_ref(), &set).unwrap();
     let mut kept = Kept::default();
-    let all: Vec<_> = run::passes().map(|info| info.name).collect();
+    let all = run::wanted(scene.technique, "all").unwrap();
     run::render(&scene, &Assets::default(), &all, &mut kept).unwrap();
     (scene, kept)
 }

@@ -1,29 +1,12 @@
 //! What the passes of a frame compute from.
 
+use crate::bake::{Estimate, Reading};
 use crate::raster::{Axes, View};
-use crate::world::brdf::Brdf;
+use crate::world::brdf::{Brdf, Gloss};
 use crate::world::camera::Camera;
 use crate::world::medium::Medium;
 use crate::world::mesh::Mesh;
 use glam::Vec3;
-
-/// How directions are summed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
-    /// The whole, known exactly, less what is hidden.
-    Control,
-    /// What is seen.
-    Quadrature,
-}
-
-/// How an equation is taken where print and correction differ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reading {
-    /// As the errata correct it.
-    Corrected,
-    /// To the letter of the paper, errors included.
-    Paper,
-}
 
 /// What becomes of light that enters the solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,8 +25,8 @@ pub struct Settings {
     /// Directions in which the visibility of a vertex is found.
     pub directions: usize,
     /// How they are summed.
-    pub method: Method,
-    /// Which reading of the equations.
+    pub method: Estimate,
+    /// Which reading of the transfer vectors.
     pub reading: Reading,
     /// Reflections between points of the solid before the one to the eye.
     pub bounces: usize,
@@ -65,6 +48,20 @@ pub enum Light {
     },
     /// From all around: the n² coefficients of its radiance, RGB, in order l² + l + m.
     Environment(Vec<[f32; 3]>),
+}
+
+/// Whether a pass has something to compute of such a surface under such settings. Where it has not, the first axis of its
+/// buffer (of a matrix both) has no length: a diffuse surface needs no matrices, and one with a highlight has its diffuse
+/// part in them.
+pub fn computes(pass: &str, surface: &Brdf, settings: &Settings) -> bool {
+    let glossy = surface.gloss != Gloss::None;
+    match pass {
+        "prt.vectors" => !glossy,
+        "prt.matrices" | "prt.exits" => glossy,
+        "prt.brdf" | "prt.bounced" => glossy && settings.bounces > 0,
+        "prt.scattered" => settings.subsurface != Subsurface::None,
+        _ => true,
+    }
 }
 
 /// A solid, what lights it, and who looks.
@@ -109,5 +106,15 @@ impl Frame {
             size,
         );
         Self { solid, surface, medium, lights, camera, view, background, settings }
+    }
+
+    /// Whether a pass has something to compute in this frame ([`computes`]).
+    pub(super) fn computes(&self, pass: &str) -> bool {
+        computes(pass, &self.surface, &self.settings)
+    }
+
+    /// Functions of the basis: n².
+    pub(super) fn functions(&self) -> usize {
+        self.settings.bands * self.settings.bands
     }
 }
