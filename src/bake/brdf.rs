@@ -64,7 +64,7 @@ fn nodes(bands: usize) -> Vec<Node> {
     let mut nodes = Vec::with_capacity(HEIGHTS * AZIMUTHS);
     for (z, weight) in heights() {
         for azimuth in 0..AZIMUTHS {
-            let towards = direction(z, azimuth as f64 / AZIMUTHS as f64);
+            let towards = direction(z, (azimuth as f64 + 0.5) / AZIMUTHS as f64);
             let mut basis = vec![0.0; bands * bands];
             sh::evaluate(bands, towards, &mut basis);
             let weight = z * weight * (2.0 * PI / AZIMUTHS as f64);

@@ -46,7 +46,6 @@ pub struct SingleScattering {
 ///
 /// # Panics
 /// Where there is not one exit a vertex.
-#[expect(clippy::too_many_arguments, reason = "the equation's parts, each its own")]
 pub fn single_scattering(
     mesh: &Mesh,
     bvh: &Bvh,

@@ -19,8 +19,8 @@ const SKIN: ([f32; 3], [f32; 3]) = ([0.74, 0.88, 1.01], [0.032, 0.17, 0.48]);
 #[test]
 fn a_flat_sheet_returns_the_total_reflectance() {
     let medium = Medium::new(SKIN.0, SKIN.1, 1.3, 1.0);
-    for (side, tolerance) in [(16.0, 0.07), (40.0, 0.03), (120.0, 0.06), (1000.0, 0.16), (100_000.0, 1e-3)] {
-        let (positions, triangles) = grid(80, side, 0.0, true);
+    for (side, tolerance) in [(16.0, 0.07), (40.0, 0.03), (80.0, 0.12), (640.0, 0.16), (60_000.0, 1e-3)] {
+        let (positions, triangles) = grid(48, side, 0.0, true);
         let mesh = Mesh::new(positions, None, triangles).unwrap();
         let lit = vec![1.0; mesh.positions.len()];
         let middle = mesh.positions.len() / 2;
@@ -31,13 +31,13 @@ fn a_flat_sheet_returns_the_total_reflectance() {
         let whole = medium.dipoles.map(|dipole| f64::from(dipole.reflectance()));
         println!(
             "sheet of {side} mm, cells of {} mm: {exact:.4?} of {whole:.4?}, tree {tree:.4?}",
-            side / 80.0
+            side / 48.0
         );
         for channel in 0..3 {
             let error = (exact[channel] / whole[channel] - 1.0).abs();
             assert!(error < tolerance, "side {side}, channel {channel}: {error}");
             assert!(
-                (tree[channel] / exact[channel] - 1.0).abs() < 5e-3,
+                (tree[channel] / exact[channel] - 1.0).abs() < 1e-2,
                 "side {side}: {tree:?} and {exact:?}"
             );
         }
