@@ -1,24 +1,25 @@
-//! `prt.shading`: the radiance of each vertex towards the camera.
+//! `prt.shading`: the radiance of each vertex towards the camera, but for Fresnel's transmittance of what comes from within.
 //!
 //! With L the sum of all lights, and o the direction towards the camera in the vertex's frame: T·L of a diffuse surface, or
-//! B(o)·M L of one with a highlight (Feng et al. 2007, Eq. 5), plus F_t(o) S·L of what was scattered in the solid. A few
-//! bands ring: the sum can be negative. Sums are in `f64`, in the order of the functions.
+//! B(o)·M L of one with a highlight (Feng et al. 2007, Eq. 5); and S·L of what was scattered in the solid, which `final`
+//! multiplies by the transmittance at each pixel: at vertices that are averted from the camera it is 0, and silhouettes
+//! would have a dark line. A few bands ring: sums can be negative. They are in `f64`, in the order of the functions.
 
 use super::Frame;
 use super::exits::row;
 use crate::bake;
 use crate::numeric::parallel;
 use crate::numeric::vector::unit_or_zero;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
 use glam::Vec3;
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
         name: "prt.shading",
         equation: "Feng et al. 2007, Eq. 5",
-        about: "the radiance of each vertex towards the camera, of all lights",
+        about: "of all lights, what the surface of each vertex reflects towards the camera, and what leaves it from within",
         inputs: &["prt.light", "prt.vectors", "prt.matrices", "prt.exits", "prt.bounced", "prt.scattered"],
-        axes: &[Axis::Vertex, RGB],
+        axes: &[Axis::Vertex, Axis::Channel(&["R", "G", "B", "within R", "within G", "within B"])],
         unit: "radiance",
     },
     run,
@@ -30,14 +31,14 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
         ["light", "vectors", "matrices", "exits", "bounced", "scattered"]
             .map(|pass| inputs.get(&format!("prt.{pass}")).as_f32());
     let light = sum(light, functions);
-    let mut values = vec![0.0; frame.solid.positions.len() * 3];
-    parallel::for_each_chunk(&mut values, super::RUN * 3, |run, values| {
+    let mut values = vec![0.0; frame.solid.positions.len() * 6];
+    parallel::for_each_chunk(&mut values, super::RUN * 6, |run, values| {
         let mut surface = vec![[0.0; 3]; functions];
-        for (index, value) in values.chunks_exact_mut(3).enumerate() {
+        for (index, value) in values.chunks_exact_mut(6).enumerate() {
             let vertex = run * super::RUN + index;
             let (position, normal) = (frame.solid.positions[vertex], frame.solid.normals[vertex]);
             let towards = unit_or_zero(frame.camera.position - position);
-            let mut radiance = [0.0; 3];
+            let (mut radiance, mut within) = ([0.0; 3], [0.0; 3]);
             if frame.computes("prt.vectors") {
                 radiance = dot(&vectors[vertex * functions * 3..], &light);
             }
@@ -54,14 +55,14 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
                 }
             }
             if frame.computes("prt.scattered") {
-                let leaves = f64::from(frame.medium.transmittance(normal.dot(towards)));
-                let inside = dot(&scattered[vertex * functions * 3..], &light);
-                (0..3).for_each(|channel| radiance[channel] += leaves * inside[channel]);
+                within = dot(&scattered[vertex * functions * 3..], &light);
             }
-            value.copy_from_slice(&radiance.map(|channel| channel as f32));
+            for channel in 0..3 {
+                (value[channel], value[3 + channel]) = (radiance[channel] as f32, within[channel] as f32);
+            }
         }
     });
-    Buffer::f32(&[frame.solid.positions.len(), 3], values)
+    Buffer::f32(&[frame.solid.positions.len(), 6], values)
 }
 
 /// The coefficients of all lights together, RGB, added in the scene's order.
