@@ -17,7 +17,10 @@
 //!
 //! Papers, as cited:
 //! - "Banterle and Chalmers": A Fast Translucency Appearance Model for Real-Time Applications, 2006.
+//! - "Feng et al.": Large-Scale Data Management for PRT-Based Real-Time Rendering of Dynamically
+//!   Skinned Models, EGSR 2007.
 //! - "Jensen et al. 2001": A Practical Model for Subsurface Light Transport, SIGGRAPH 2001.
+//! - "Nowrouzezahrai et al.": Learning Radiance Transfer for Articulated Characters, 2007.
 //! - "Ramamoorthi and Hanrahan 2001": An Efficient Representation for Irradiance Environment Maps,
 //!   SIGGRAPH 2001.
 //! - "Schlick 1994": An Inexpensive BRDF Model for Physically-Based Rendering, CGF 13(3).
@@ -29,5 +32,6 @@ pub mod coverage;
 pub mod geometry;
 pub mod sh;
 pub mod tables;
+pub mod transfer;
 pub mod translucency;
 pub mod vector;

@@ -132,7 +132,7 @@ pub(crate) fn render(text: &str, set: &[&str]) -> (Scene, Kept) {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
     let scene = Scene::parse(text, "oracle.toml".as_ref(), &set).unwrap();
     let mut kept = Kept::default();
-    let all: Vec<_> = run::passes().map(|info| info.name).collect();
+    let all = run::wanted(scene.technique, "all").unwrap();
     run::render(&scene, &Assets::default(), &all, &mut kept).unwrap();
     (scene, kept)
 }
@@ -239,7 +239,7 @@ pub(crate) fn all() -> impl Iterator<Item = &'static Rendered> {
 
 impl World {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let mesh = run::frame(scene, &Assets::default()).unwrap().solid;
+        let mesh = run::Loaded::new(scene, &Assets::default(), &[]).unwrap().solid(scene).unwrap();
         let corners = |of: &[glam::Vec3]| -> Vec<[Vec3; 3]> {
             let corner = |index: u32| of[index as usize].to_array().map(f64::from);
             mesh.triangles.iter().map(|triangle| triangle.map(corner)).collect()

@@ -1,0 +1,28 @@
+//! `prt.brdf`: the matrix of the surface's BRDF with the cosine in it, by functions of the exit and of the light: y(o)ᵗ B M L
+//! is the radiance that leaves a vertex towards o, which bounces take as it is in these bands. What leaves towards the
+//! camera is exact in o (`exits`).
+
+use super::Frame;
+use crate::bake::brdf;
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+
+pub(super) const PASS: Pass<Frame> = Pass {
+    info: Info {
+        name: "prt.brdf",
+        equation: "Sloan et al. 2002, §4",
+        about: "the matrix of the surface: rows are functions of the exit, columns of the light, both in the vertex's \
+            frame; none without a highlight or without bounces",
+        inputs: &[],
+        axes: &[Axis::MatrixRow, Axis::MatrixColumn, RGB],
+        unit: "1",
+    },
+    run,
+};
+
+fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
+    if !frame.computes("prt.brdf") {
+        return Buffer::f32(&[0, 0, 3], Vec::new());
+    }
+    let matrix = brdf::matrix(&frame.surface, frame.settings.bands);
+    Buffer::f32(&[frame.functions(), frame.functions(), 3], matrix.into_flattened())
+}

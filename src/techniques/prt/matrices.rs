@@ -1,0 +1,27 @@
+//! `prt.matrices`: M, which makes of light what arrives at a vertex in its own frame (T of Feng et al. 2007, Eq. 5).
+
+use super::Frame;
+use super::visibility::read;
+use crate::bake;
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+
+pub(super) const PASS: Pass<Frame> = Pass {
+    info: Info {
+        name: "prt.matrices",
+        equation: "Feng et al. 2007, Eq. 5",
+        about: "the transfer matrix of each vertex of a surface with a highlight: rows are functions of the vertex's \
+            frame, columns of the world; none without a highlight",
+        inputs: &["prt.visibility"],
+        axes: &[Axis::Vertex, Axis::MatrixRow, Axis::MatrixColumn],
+        unit: "1",
+    },
+    run,
+};
+
+fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
+    let (directions, visibility) = read(frame, inputs);
+    let vertices = if frame.computes("prt.matrices") { frame.solid.positions.len() } else { 0 };
+    let (bands, method) = (frame.settings.bands, frame.settings.method);
+    let values = bake::matrices(&frame.solid, &directions, &visibility, bands, method, 0..vertices);
+    Buffer::f32(&[vertices, frame.functions(), frame.functions()], values)
+}
