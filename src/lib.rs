@@ -4,6 +4,7 @@
 //! [`run::render`] renders a [`scene::Scene`] pass by pass into a [`pass::Recorder`]. What each pass computes is in
 //! [`techniques`]; every bit of it is the same on every machine (ARCHITECTURE.md says why and how that is proved).
 
+pub mod bake;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
