@@ -48,14 +48,16 @@ pub enum Environment {
 #[derive(Debug, Clone)]
 pub struct Map {
     radiance: LatLong,
+    /// Factor on it.
+    scale: f32,
     /// Texels by the greatest sum of the channels that a bilinear look-up in them can meet, times their solid angle: so
     /// none is drawn too rarely.
     table: Alias,
 }
 
 impl Map {
-    /// A map with its table.
-    pub fn new(radiance: LatLong) -> Self {
+    /// A map times a factor, with its table.
+    pub fn new(radiance: LatLong, scale: f32) -> Self {
         let (width, height) = (radiance.width(), radiance.height());
         let sums: Vec<f64> =
             radiance.texels().iter().map(|rgb| rgb.to_array().map(f64::from).iter().sum()).collect();
@@ -72,7 +74,7 @@ impl Map {
                 weights.push(most * solid_angle);
             }
         }
-        Self { radiance, table: Alias::new(&weights) }
+        Self { radiance, scale, table: Alias::new(&weights) }
     }
 
     /// Draws a direction and the density per steradian that it has.
@@ -114,7 +116,7 @@ impl Environment {
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         match self {
             Self::Constant(radiance) => *radiance,
-            Self::Map(map) => map.radiance.radiance(direction),
+            Self::Map(map) => map.radiance.radiance(direction) * map.scale,
             Self::Harmonics { bands, coefficients } if *bands <= sh::FAST_BANDS => {
                 let mut basis = [0.0; sh::FAST_BANDS * sh::FAST_BANDS];
                 let basis = &mut basis[..bands * bands];
@@ -132,6 +134,15 @@ impl Environment {
                 }
                 Vec3::from_array(sum.map(|sum| sum as f32))
             }
+        }
+    }
+
+    /// The numbers that it is made of.
+    pub(super) fn values(&self) -> Vec<Vec3> {
+        match self {
+            Self::Constant(radiance) => vec![*radiance],
+            Self::Harmonics { coefficients, .. } => coefficients.iter().copied().map(Vec3::from).collect(),
+            Self::Map(map) => map.radiance.texels().to_vec(),
         }
     }
 

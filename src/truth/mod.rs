@@ -12,11 +12,13 @@ mod dipole;
 mod lights;
 mod path;
 mod place;
+mod state;
 mod sums;
 mod walk;
 
 pub use boundary::{fresnel, refract};
 pub use lights::{Caster, Environment, Lights, Map};
+pub use state::Identity;
 pub use sums::Sums;
 pub use walk::{Volume, henyey_greenstein, scatter};
 
@@ -140,6 +142,24 @@ impl Scene {
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
+    }
+
+    /// The BLAKE3 digest of the mesh and of the environments, as hexadecimal digits.
+    pub fn digest(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let mut vectors = |vectors: &[Vec3]| {
+            hasher.update(&(vectors.len() as u64).to_le_bytes());
+            for x in vectors.iter().flat_map(Vec3::to_array) {
+                hasher.update(&x.to_le_bytes());
+            }
+        };
+        vectors(&self.mesh.positions);
+        vectors(&self.mesh.normals);
+        self.lights.environments.iter().for_each(|environment| vectors(&environment.values()));
+        for corner in self.mesh.triangles.as_flattened() {
+            hasher.update(&corner.to_le_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
     }
 
     /// One sample of the radiance that a pixel sees, RGB.

@@ -152,6 +152,7 @@ impl<'a> Path<'a> {
 pub(super) fn check(scene: &Scene, volume: &Volume) -> Result<(), Error> {
     if !(0..3).all(|channel| volume.extinction(channel) > 0.0) {
         return Err(Error::new("the medium neither scatters nor absorbs in some channel")
+            .key("material.scattering")
             .remedy("give every channel some scattering"));
     }
     if !scene.mesh.facts().closed {

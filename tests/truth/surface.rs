@@ -141,7 +141,7 @@ fn drawing_from_a_map_as_well_changes_noise_alone() {
     for gloss in [Gloss::None, Gloss::Phong { exponent: 12.0 }, Gloss::CookTorrance { roughness: 0.3 }] {
         let brdf = Brdf { albedo: Vec3::new(0.5, 0.4, 0.3), specular: Vec3::splat(0.3), gloss };
         let run = |draw: bool| {
-            let lights = Lights { draw, ..under(Environment::Map(Map::new(spot()))) };
+            let lights = Lights { draw, ..under(Environment::Map(Map::new(spot(), 2.0))) };
             let scene = surface(knot(), brdf, Some(2), lights);
             estimate(60_000, |random| {
                 let ray = inward(random);
@@ -161,7 +161,7 @@ fn drawing_from_a_map_as_well_changes_noise_alone() {
 #[test]
 fn a_map_that_is_constant_is_a_constant() {
     let map = LatLong::new(9, 5, vec![Vec3::new(1.0, 2.0, 3.0); 45]).unwrap();
-    let lights = Lights { draw: true, ..under(Environment::Map(Map::new(map))) };
+    let lights = Lights { draw: true, ..under(Environment::Map(Map::new(map, 1.0))) };
     let scene = surface(knot(), diffuse(Vec3::ONE), None, lights);
     let all = estimate(40_000, |random| {
         let ray = inward(random);
