@@ -88,7 +88,9 @@ impl Truth {
         };
         let prepared = truth::Scene::new(loaded.solid(scene)?, model, loaded.lights(scene));
         let casting = scene.lights.iter().position(|light| !matches!(light, Source::Environment { .. }));
-        prepared.check().map_err(|error| error.key(format!("light[{}].kind", casting.unwrap_or_default())))?;
+        prepared
+            .check()
+            .map_err(|error| error.key(format!("light[{}].kind", casting.unwrap_or_default())))?;
         Ok(prepared)
     }
 

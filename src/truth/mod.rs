@@ -8,6 +8,7 @@
 
 mod alias;
 mod boundary;
+mod clearance;
 mod dipole;
 mod lights;
 mod path;
@@ -31,6 +32,7 @@ use crate::world::brdf::Brdf;
 use crate::world::camera::Camera;
 use crate::world::medium::Medium;
 use crate::world::mesh::{Bounds, Mesh};
+use clearance::Clearance;
 use glam::Vec3;
 use place::Place;
 
@@ -73,8 +75,9 @@ pub struct Scene {
     mesh: Mesh,
     bvh: Bvh,
     bounds: Bounds,
-    /// What light does.
-    pub model: Model,
+    /// Of a medium's boundary.
+    clearance: Option<Clearance>,
+    model: Model,
     /// What shines from outside.
     pub lights: Lights,
     /// Radiance that each triangle emits on both sides, RGB; empty where none does. Read by [`Model::Surface`] alone.
@@ -124,7 +127,9 @@ impl Scene {
     /// A scene without emitting triangles.
     pub fn new(mesh: Mesh, model: Model, lights: Lights) -> Self {
         let (bvh, bounds) = (Bvh::new(&mesh), mesh.bounds());
-        Self { mesh, bvh, bounds, model, lights, emission: Vec::new() }
+        let walks = matches!(model, Model::Medium(_));
+        let clearance = walks.then(|| Clearance::new(bvh.corners(), &bounds));
+        Self { mesh, bvh, bounds, clearance, model, lights, emission: Vec::new() }
     }
 
     /// Refuses what the model cannot find; its samples then would be no estimate of it.
@@ -137,6 +142,11 @@ impl Scene {
             Model::Medium(volume) => walk::check(self, volume),
             _ => Ok(()),
         }
+    }
+
+    /// What light does.
+    pub fn model(&self) -> &Model {
+        &self.model
     }
 
     /// The mesh.

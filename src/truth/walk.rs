@@ -18,10 +18,9 @@ use super::path::arriving;
 use super::place::Place;
 use super::{Normals, Scene};
 use crate::Error;
-use crate::numeric::double;
-use crate::numeric::order::max;
+use crate::numeric::order::{clamp, max};
 use crate::numeric::random::Sample;
-use crate::numeric::single::log;
+use crate::numeric::single::{exp, log};
 use crate::numeric::vector::frame;
 use crate::trace::Ray;
 use crate::world::brdf::polar;
@@ -71,13 +70,11 @@ pub fn henyey_greenstein(g: f32, cosine: f32) -> f32 {
 
 /// Draws the direction of travel after scattering from [`henyey_greenstein`].
 pub fn scatter(g: f32, direction: Vec3, [u, v]: [f32; 2]) -> Vec3 {
-    let cosine = if g.abs() < 1e-3 {
-        1.0 - 2.0 * u
-    } else {
-        let s = (1.0 - g * g) / (1.0 - g + 2.0 * g * u);
-        (1.0 + g * g - s * s) / (2.0 * g)
-    };
-    let around = polar(crate::numeric::order::clamp(cosine, -1.0, 1.0), v);
+    if g.abs() < 1e-3 {
+        return polar(1.0 - 2.0 * u, v); // alike in all directions, so also about z
+    }
+    let s = (1.0 - g * g) / (1.0 - g + 2.0 * g * u);
+    let around = polar(clamp((1.0 + g * g - s * s) / (2.0 * g), -1.0, 1.0), v);
     let [x, y] = frame(direction);
     x * around.x + y * around.y + direction * around.z
 }
@@ -85,9 +82,14 @@ pub fn scatter(g: f32, direction: Vec3, [u, v]: [f32; 2]) -> Vec3 {
 /// A path's measure f and densities p, each channel's over the density of the channel that draws.
 struct Path<'a> {
     volume: &'a Volume,
+    /// σt of the channel that draws.
+    drawn: f32,
     hero: usize,
     /// σt of each channel less the hero's.
-    beyond: [f64; 3],
+    beyond: [f32; 3],
+    /// σs and σt of each channel over the hero's σt.
+    scattering: [f64; 3],
+    extinction: [f64; 3],
     measure: [f64; 3],
     density: [f64; 3],
 }
@@ -95,16 +97,26 @@ struct Path<'a> {
 impl<'a> Path<'a> {
     fn new(volume: &'a Volume, random: &mut Sample) -> Self {
         let hero = (random.bits() % 3) as usize;
-        let beyond = [0, 1, 2]
-            .map(|channel| f64::from(volume.extinction(channel)) - f64::from(volume.extinction(hero)));
-        Self { volume, hero, beyond, measure: [1.0; 3], density: [1.0; 3] }
+        let drawn = volume.extinction(hero);
+        let over = |coefficient: f32| f64::from(coefficient) / f64::from(drawn);
+        Self {
+            volume,
+            drawn,
+            hero,
+            beyond: [0, 1, 2].map(|channel| volume.extinction(channel) - drawn),
+            scattering: volume.scattering.map(over),
+            extinction: [0, 1, 2].map(|channel| over(volume.extinction(channel))),
+            measure: [1.0; 3],
+            density: [1.0; 3],
+        }
     }
 
-    /// The path goes `length` through the medium.
+    /// The path goes `length` through the medium. No power overflows: no length that is drawn exceeds 17 of the hero's mean
+    /// free paths.
     fn cross(&mut self, length: f32) {
         for channel in 0..3 {
             if self.beyond[channel] != 0.0 {
-                let factor = double::exp(-self.beyond[channel] * f64::from(length));
+                let factor = f64::from(exp(-self.beyond[channel] * length));
                 self.measure[channel] *= factor;
                 self.density[channel] *= factor;
             }
@@ -113,20 +125,24 @@ impl<'a> Path<'a> {
 
     /// The path scatters.
     fn scatter(&mut self) {
-        let drawn = f64::from(self.volume.extinction(self.hero));
         for channel in 0..3 {
-            self.measure[channel] *= f64::from(self.volume.scattering[channel]) / drawn;
-            self.density[channel] *= f64::from(self.volume.extinction(channel)) / drawn;
+            self.measure[channel] *= self.scattering[channel];
+            self.density[channel] *= self.extinction[channel];
         }
     }
 
     /// Whether the path goes on.
     fn survives(&mut self, random: &mut Sample) -> bool {
-        let chance = [0, 1, 2].map(|channel| {
-            let left = self.measure[channel] / self.density[channel];
-            // Not a number where both have vanished.
-            if left < LITTLE[0] { left / LITTLE[1] } else { 1.0 }
-        });
+        let little = |channel: usize| self.measure[channel] < LITTLE[0] * self.density[channel];
+        if !(little(0) || little(1) || little(2)) {
+            return true;
+        }
+        let mut chance = [1.0; 3];
+        for channel in 0..3 {
+            if little(channel) {
+                chance[channel] = self.measure[channel] / self.density[channel] / LITTLE[1];
+            }
+        }
         let taken = chance[self.hero];
         if taken < 1.0 && f64::from(random.unit()) >= taken {
             return false;
@@ -220,13 +236,15 @@ fn inside(
     random: &mut Sample,
 ) -> Option<(Place, Vec3)> {
     let volume = path.volume;
-    let drawn = volume.extinction(path.hero);
     let mut direction = direction;
     let mut ray = place.ray(direction);
+    // How far the next step can go without meeting anything, as far as is known.
+    let mut clear = 0.0;
     loop {
-        let free = -log(1.0 - random.unit()) / drawn;
+        let free = -log(1.0 - random.unit()) / path.drawn;
         ray.far = free;
-        let Some(hit) = scene.bvh.nearest(&ray) else {
+        let hit = if free < clear { None } else { scene.bvh.nearest(&ray) };
+        let Some(hit) = hit else {
             let point = ray.at(free);
             path.cross(free);
             path.scatter();
@@ -241,6 +259,7 @@ fn inside(
             }
             direction = scatter(volume.anisotropy, direction, random.pair());
             ray = Ray::new(point, direction);
+            clear = scene.clearance.as_ref().map_or(0.0, |clearance| clearance.at(point));
             continue;
         };
         path.cross(hit.t);
@@ -253,6 +272,7 @@ fn inside(
         }
         direction = mirror(direction, facing.face);
         ray = facing.ray(direction);
+        clear = 0.0;
     }
 }
 
@@ -272,9 +292,7 @@ fn joined(scene: &Scene, path: &Path<'_>, point: Vec3, direction: Vec3) -> Vec3 
             ray = Ray { far: max(far, 0.0), ..place.ray(ray.direction) };
         }
         let phase = henyey_greenstein(path.volume.anisotropy, direction.dot(towards));
-        let left = Vec3::from_array(
-            [0, 1, 2].map(|channel| crate::numeric::single::exp(-path.volume.extinction(channel) * length)),
-        );
+        let left = Vec3::from_array([0, 1, 2].map(|channel| exp(-path.volume.extinction(channel) * length)));
         total += path.weight() * left * irradiance * phase;
     }
     total
