@@ -208,6 +208,19 @@ impl Scene {
         path::reflected(self, brdf, *bounces, Place::free(point, normal), eye, random)
     }
 
+    /// Adds samples of the radiance that leaves each vertex of the mesh along its normal, until each has `samples`: of a
+    /// diffuse surface what leaves it in every direction, the number that techniques have in vertices. Elements of the
+    /// sums are vertices.
+    ///
+    /// # Panics
+    /// As [`Self::leaving`].
+    pub fn vertices(&self, sums: &mut Sums, samples: u64) {
+        let Mesh { positions, normals, .. } = &self.mesh;
+        sums.advance(samples, |vertex, random| {
+            self.leaving(positions[vertex], normals[vertex], normals[vertex], random)
+        });
+    }
+
     fn emitted(&self, triangle: u32) -> Vec3 {
         self.emission.get(triangle as usize).copied().unwrap_or_default()
     }

@@ -5,6 +5,8 @@
 #![allow(clippy::disallowed_methods, reason = "an oracle may use the standard library")]
 
 mod brdf;
+#[cfg(feature = "cli")]
+mod command;
 mod dipole;
 mod medium;
 mod sums;
