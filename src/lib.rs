@@ -15,6 +15,7 @@ pub mod run;
 pub mod scene;
 pub mod sphere;
 pub mod techniques;
+pub mod trace;
 pub mod world;
 
 pub use error::Error;

@@ -54,8 +54,8 @@ for features in "" "--no-default-features --features threads" "--all-features"; 
   features=${features:-default features}
 
   (($(versions glam) == 1)) || fail "there are $(versions glam) versions of glam, and one must be all"
-  with glam std scalar-math libm
-  without glam default core-simd fast-math nostd-libm
+  with glam std scalar-math libm # obvhs asks for its default features too: std alone
+  without glam core-simd fast-math nostd-libm
   with blake3 pure
   without tobj ahash
   without obvhs parallel

@@ -1,5 +1,6 @@
 //! What a frame is made of: meshes and the procedural shapes, cameras, lights and materials.
 
+pub mod brdf;
 pub mod camera;
 pub mod decimate;
 pub mod deform;

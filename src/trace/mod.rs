@@ -1,0 +1,49 @@
+//! Rays against triangles: nearest and any hit through a tree of boxes, and bundles of parallel rays (contract 6).
+//!
+//! A hit is a function of the ray and the triangles alone: the nearest `t`, ties going to the lowest triangle. How that
+//! is kept whatever tree was built: [`triangle`] says what hits, and every step of the walk compares numbers that can
+//! only grow from a triangle's own box to the boxes around it.
+
+pub mod bundle;
+mod bvh;
+pub mod triangle;
+
+pub use bvh::Bvh;
+
+use glam::Vec3;
+
+/// A ray, or a piece of one: `origin + t · direction` for 0 < t ≤ `far`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    /// In the scene's unit.
+    pub origin: Vec3,
+    /// Of any length whose largest component is within 10⁻¹⁵ … 10¹⁵; `t` counts in it.
+    pub direction: Vec3,
+    /// The largest t that counts; infinite for a whole ray.
+    pub far: f32,
+}
+
+impl Ray {
+    /// A whole ray.
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction, far: f32::INFINITY }
+    }
+
+    /// The point at `t`.
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + self.direction * t
+    }
+}
+
+/// Where a ray meets a triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Its index in the mesh.
+    pub triangle: u32,
+    /// Distance in lengths of the ray's direction, above 0.
+    pub t: f32,
+    /// Barycentric weight of the triangle's second corner.
+    pub u: f32,
+    /// Barycentric weight of the third corner; 1 − u − v is that of the first.
+    pub v: f32,
+}

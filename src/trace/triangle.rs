@@ -1,0 +1,145 @@
+//! Which triangles a ray meets, so that none slips through between two of them: the watertight test of Woop, Benthin and
+//! Wald 2013.
+//!
+//! The space is sheared along the ray so that the ray becomes the z axis; the three edge functions U, V and W of the
+//! sheared triangle then say by their signs whether the axis passes through it. An edge's function has the same magnitude
+//! in both triangles that share it, to the bit, so a ray cannot pass between the two, and one that meets the edge meets
+//! both. Woop et al. compute in `f32` and repeat in `f64` where a function is 0. Here all is `f64`, from the shear on, and
+//! points are sheared before they are moved to the origin: so all rays of one direction share the sheared corners
+//! ([`super::bundle`]), meshes of any scale that `f32` can hold neither underflow nor overflow, and a ray that starts in a
+//! corner of a triangle has exactly t = 0 there and does not meet it.
+//!
+//! A triangle that a ray passes in its own plane can have edge functions that are rounding alone. So a hit must also lie
+//! in the triangle's box: the test of [`interval`] is part of what a hit is, and `t` is held to that interval. A box around
+//! others gives an interval around theirs, since rounding is monotone: that makes the walk through any tree of boxes give
+//! the bits of a loop over all triangles.
+
+use super::{Hit, Ray};
+use crate::numeric::order::{clamp, max, max3, min, min3};
+use glam::Vec3;
+
+/// How far an interval is widened, as a part of its ends: over six roundings of `f32`, which is more than its products
+/// and differences have.
+const PADDING: f32 = 5e-7;
+
+/// The shear that makes the z axis of a direction (Woop et al. 2013, §3).
+#[derive(Debug, Clone, Copy)]
+pub struct Shear {
+    /// Which of the world's axes become x, y and z.
+    axes: [usize; 3],
+    /// What x and y lose for each unit of z, and the scale of z.
+    by: [f64; 3],
+}
+
+impl Shear {
+    /// The shear of `direction`; its largest component becomes z, the first of equal ones.
+    #[inline(always)]
+    pub fn new(direction: Vec3) -> Self {
+        let size = direction.abs();
+        let z = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
+        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let [x, y, z] = axes.map(|axis| f64::from(direction[axis]));
+        Self { axes, by: [x / z, y / z, 1.0 / z] }
+    }
+
+    /// A sheared point: where it lies across the direction, and how far along it.
+    #[inline(always)]
+    pub fn apply(&self, point: Vec3) -> [f64; 3] {
+        let [x, y, z] = self.axes.map(|axis| f64::from(point[axis]));
+        [x - self.by[0] * z, y - self.by[1] * z, z * self.by[2]]
+    }
+}
+
+/// Where the z axis through `origin` meets the triangle of sheared `corners`: t, and the weights of the second and the
+/// third corner. None where it misses, where the triangle is seen edge-on, and where t is not above 0.
+#[inline(always)]
+pub fn meets(corners: &[[f64; 3]; 3], origin: [f64; 3]) -> Option<[f64; 3]> {
+    let [a, b, c] =
+        corners.map(|corner| [corner[0] - origin[0], corner[1] - origin[1], corner[2] - origin[2]]);
+    let u = c[0] * b[1] - c[1] * b[0];
+    let v = a[0] * c[1] - a[1] * c[0];
+    let w = b[0] * a[1] - b[1] * a[0];
+    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+        return None;
+    }
+    let sum = u + v + w;
+    let t = (u * a[2] + v * b[2] + w * c[2]) / sum;
+    // Not above 0, and not a number where the sum is 0.
+    (t > 0.0).then(|| [t, v / sum, w / sum])
+}
+
+/// What the tests of boxes need of a ray.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slabs {
+    pub(super) origin: [f32; 3],
+    /// 1 / direction: infinite where a component is 0.
+    pub(super) inverse: [f32; 3],
+    /// Whether the high side of a box comes first, for each axis.
+    pub(super) high_first: [bool; 3],
+}
+
+impl Slabs {
+    #[inline(always)]
+    pub(super) fn new(ray: &Ray) -> Self {
+        let inverse = ray.direction.to_array().map(|component| 1.0 / component);
+        Self { origin: ray.origin.to_array(), inverse, high_first: inverse.map(|inverse| inverse < 0.0) }
+    }
+
+    /// The interval of t in which a ray is between the `first` and the `second` planes that it meets of each axis, widened
+    /// for rounding. Empty where the first end exceeds the second.
+    ///
+    /// A ray within a plane of the box, parallel to it, gives 0 · ∞: no number, which the comparisons pass over.
+    #[inline(always)]
+    pub(super) fn interval(&self, first: [f32; 3], second: [f32; 3]) -> [f32; 2] {
+        let mut near = 0.0;
+        let mut far = f32::INFINITY;
+        for axis in 0..3 {
+            near = max(near, (first[axis] - self.origin[axis]) * self.inverse[axis]);
+            far = min(far, (second[axis] - self.origin[axis]) * self.inverse[axis]);
+        }
+        [near * (1.0 - PADDING), far * (1.0 + PADDING)]
+    }
+}
+
+/// The interval of t in which the ray is in the triangle's box, widened by [`PADDING`]; empty where its first end exceeds
+/// the second.
+#[inline(always)]
+pub(super) fn interval(slabs: &Slabs, corners: &[Vec3; 3]) -> [f32; 2] {
+    let low = min3(min3(corners[0], corners[1]), corners[2]).to_array();
+    let high = max3(max3(corners[0], corners[1]), corners[2]).to_array();
+    let pick = |flip: bool| {
+        std::array::from_fn(|axis| if slabs.high_first[axis] != flip { high[axis] } else { low[axis] })
+    };
+    slabs.interval(pick(false), pick(true))
+}
+
+/// Where a ray meets a triangle whose box it meets in `interval`, at most at the ray's `far`.
+#[inline(always)]
+pub(super) fn within(
+    shear: &Shear,
+    origin: [f64; 3],
+    corners: &[Vec3; 3],
+    triangle: u32,
+    [near, far]: [f32; 2],
+    most: f32,
+) -> Option<Hit> {
+    let [t, u, v] = meets(&corners.map(|corner| shear.apply(corner)), origin)?;
+    let t = clamp(t as f32, near, far);
+    (t > 0.0 && t <= most).then_some(Hit { triangle, t, u: u as f32, v: v as f32 })
+}
+
+/// Where a ray meets one triangle: what every walk through many comes to.
+pub fn hit(ray: &Ray, corners: &[Vec3; 3], triangle: u32) -> Option<Hit> {
+    let shear = Shear::new(ray.direction);
+    let interval = interval(&Slabs::new(ray), corners);
+    if interval[0] > interval[1] {
+        return None;
+    }
+    within(&shear, shear.apply(ray.origin), corners, triangle, interval, ray.far)
+}

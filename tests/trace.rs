@@ -1,0 +1,200 @@
+//! `trace/` against a loop over all triangles that shares no code with it, and against facts about closed meshes.
+#![allow(clippy::disallowed_methods, reason = "an oracle may use the standard library")]
+
+use bitlight::numeric::random::unit;
+use bitlight::trace::{Bvh, Hit, Ray};
+use bitlight::world::mesh::Mesh;
+use bitlight::world::shapes;
+use glam::Vec3;
+
+/// In which t a ray is in the box of a triangle, widened by a part of 5 · 10⁻⁷ as contract 6 has it.
+fn in_box(corners: [Vec3; 3], ray: &Ray) -> (f32, f32) {
+    let (mut near, mut far) = (0.0_f32, f32::INFINITY);
+    for axis in 0..3 {
+        let (inverse, origin) = (1.0 / ray.direction[axis], ray.origin[axis]);
+        let mut ends = corners.map(|corner| corner[axis]);
+        ends.sort_by(f32::total_cmp);
+        let (first, second) = if inverse < 0.0 { (ends[2], ends[0]) } else { (ends[0], ends[2]) };
+        // `f32::max` and `f32::min` return the other where one is no number.
+        near = near.max((first - origin) * inverse);
+        far = far.min((second - origin) * inverse);
+    }
+    (near * (1.0 - 5e-7), far * (1.0 + 5e-7))
+}
+
+/// The nearest hit by the text of Woop, Benthin and Wald 2013 in `f64`, over all triangles; `boxed` adds the triangles'
+/// own boxes to what a hit is.
+fn plain(mesh: &Mesh, ray: &Ray, boxed: bool) -> Option<Hit> {
+    let d = ray.direction.as_dvec3().to_array();
+    let mut kz = 0;
+    for axis in 1..3 {
+        if d[axis].abs() > d[kz].abs() {
+            kz = axis;
+        }
+    }
+    let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
+    let (sx, sy, sz) = (d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]);
+    let shear = |p: Vec3| {
+        let p = p.as_dvec3().to_array();
+        [p[kx] - sx * p[kz], p[ky] - sy * p[kz], p[kz] * sz]
+    };
+    let o = shear(ray.origin);
+    let mut best: Option<Hit> = None;
+    for (index, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|corner| {
+            let p = shear(mesh.positions[corner as usize]);
+            [p[0] - o[0], p[1] - o[1], p[2] - o[2]]
+        });
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        let negative = [u, v, w].iter().any(|x| *x < 0.0);
+        let positive = [u, v, w].iter().any(|x| *x > 0.0);
+        let sum = u + v + w;
+        if (negative && positive) || sum == 0.0 {
+            continue;
+        }
+        let t = (u * a[2] + v * b[2] + w * c[2]) / sum;
+        let mut hit = Hit { triangle: index as u32, t: t as f32, u: (v / sum) as f32, v: (w / sum) as f32 };
+        if boxed {
+            let (near, far) = in_box(triangle.map(|corner| mesh.positions[corner as usize]), ray);
+            if near > far {
+                continue;
+            }
+            hit.t = if hit.t < near {
+                near
+            } else if hit.t > far {
+                far
+            } else {
+                hit.t
+            };
+        }
+        if t > 0.0 && hit.t > 0.0 && hit.t <= ray.far && best.is_none_or(|best| hit.t < best.t) {
+            best = Some(hit);
+        }
+    }
+    best
+}
+
+fn bits(hit: Option<Hit>) -> Option<[u32; 4]> {
+    hit.map(|hit| [hit.triangle, hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits()])
+}
+
+fn random(element: u64, dimension: u64) -> f32 {
+    2.0 * unit(11, element, 0, dimension) - 1.0
+}
+
+fn random3(element: u64, dimension: u64) -> Vec3 {
+    Vec3::new(random(element, dimension), random(element, dimension + 1), random(element, dimension + 2))
+}
+
+/// Rays that are hard for a mesh: by turns random, axis-parallel, within a plane of a box, through a corner, through an
+/// edge's middle, grazing, from a corner, from within a triangle, from far away.
+fn ray(mesh: &Mesh, number: u64) -> Ray {
+    let bounds = mesh.bounds();
+    let (center, radius) = (bounds.center(), bounds.radius());
+    let pick = |dimension: u64, count: usize| (unit(5, number, 0, dimension) * count as f32) as usize;
+    let triangle = mesh.triangles[pick(1, mesh.triangles.len())];
+    let [a, b, c] = triangle.map(|corner| mesh.positions[corner as usize]);
+    let outside = center + random3(number, 2) * (2.0 * radius);
+    let axis = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z][pick(3, 6)];
+    let (origin, direction) = match number % 12 {
+        0 => (outside, random3(number, 5)),
+        1 => (center + random3(number, 6) * radius, axis),
+        2 => (a - axis * radius, axis),
+        3 => (outside, a - outside),
+        4 => (outside, (a + b) * 0.5 - outside),
+        5 => (outside, (a + b + c) / 3.0 - outside),
+        6 => (a, random3(number, 5)),
+        7 => ((a + b + c) / 3.0, random3(number, 5)),
+        8 => (a, b - a),
+        9 => (a + (b - a) * 4.0, (c - b) + (b - a) * random(number, 4)),
+        10 => (center + random3(number, 6) * (1000.0 * radius), center - a),
+        _ => ((a + b) * 0.5, c - b),
+    };
+    let direction = if direction.abs().max_element() < 1e-15 { axis } else { direction };
+    let far = if number % 5 == 0 { unit(7, number, 0, 0) * radius } else { f32::INFINITY };
+    Ray { origin, direction, far }
+}
+
+/// Small meshes, each bad in its way.
+fn adversaries() -> Vec<(&'static str, Mesh)> {
+    let triangles = |corners: Vec<Vec3>| {
+        let count = corners.len() as u32 / 3;
+        Mesh::new(corners, None, (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect()).unwrap()
+    };
+    let soup = |count: u64, size: f32| {
+        let corner = |i: u64| random3(i / 3, 20) + random3(i, 30) * size;
+        triangles((0..3 * count).map(corner).collect())
+    };
+    let scaled = |mesh: &Mesh, scale: f32, shift: Vec3| {
+        let positions = mesh.positions.iter().map(|p| *p * scale + shift).collect();
+        Mesh::new(positions, None, mesh.triangles.clone()).unwrap()
+    };
+    let ball = shapes::sphere(4).unwrap();
+    let grid = |n: usize| {
+        // On whole coordinates, all in one plane and twice over: every hit is a tie.
+        let mut corners = Vec::new();
+        for k in 0..2 * n * n {
+            let (x, y) = ((k % n) as f32, (k / n % n) as f32);
+            let at = |dx: f32, dy: f32| Vec3::new(x + dx, 1.0, y + dy);
+            corners.extend([
+                at(0.0, 0.0),
+                at(1.0, 0.0),
+                at(0.0, 1.0),
+                at(1.0, 0.0),
+                at(1.0, 1.0),
+                at(0.0, 1.0),
+            ]);
+        }
+        triangles(corners)
+    };
+    vec![
+        ("one triangle", triangles(vec![Vec3::ZERO, Vec3::X, Vec3::Y])),
+        ("a box", shapes::cuboid(Vec3::ONE, 1).unwrap()),
+        ("a divided box", shapes::cuboid(Vec3::new(1.0, 0.25, 3.0), 4).unwrap()),
+        ("a sheet", shapes::cuboid(Vec3::new(1.0, 1e-5, 1.0), 3).unwrap()),
+        ("a sphere", ball.clone()),
+        ("a huge sphere", scaled(&ball, 1e16, Vec3::ZERO)),
+        ("a tiny sphere", scaled(&ball, 1e-18, Vec3::ZERO)),
+        ("a sphere far away", scaled(&ball, 1.0, Vec3::new(3e4, -2e4, 1e5))),
+        ("soup", soup(60, 0.5)),
+        ("slivers", soup(60, 1e-4)),
+        ("a plane twice", grid(4)),
+        ("needles", {
+            let corner =
+                |i: u64| random3(i / 3, 20) + random3(i / 3, 40) * random(i, 50) + random3(i, 30) * 1e-7;
+            triangles((0..180).map(corner).collect())
+        }),
+    ]
+}
+
+/// How many of `count` rays hit, and how many hit otherwise than by the triangles alone, without their boxes.
+fn compare(name: &str, mesh: &Mesh, count: u64) -> [u64; 2] {
+    let bvh = Bvh::new(mesh);
+    let (mut hits, mut boxes) = (0, 0);
+    for number in 0..count {
+        let ray = ray(mesh, number);
+        let (found, expected) = (bvh.nearest(&ray), plain(mesh, &ray, true));
+        assert_eq!(
+            bits(found),
+            bits(expected),
+            "{name}, ray {number}: {ray:?} finds {found:?}, not {expected:?}"
+        );
+        assert_eq!(bvh.blocked(&ray), expected.is_some(), "{name}, ray {number}: {ray:?}");
+        hits += u64::from(expected.is_some());
+        let unboxed = plain(mesh, &ray, false);
+        boxes += u64::from(bits(unboxed) != bits(expected));
+    }
+    [hits, boxes]
+}
+
+#[test]
+fn the_tree_finds_what_a_loop_over_all_triangles_finds() {
+    let count = if cfg!(debug_assertions) { 5_000 } else { 84_000 };
+    for (name, mesh) in adversaries() {
+        let [hits, boxes] = compare(name, &mesh, count);
+        println!("{name}: {hits} of {count} rays hit, {boxes} otherwise without boxes");
+        assert!(hits * 10 > count, "{name}: {hits} of {count} rays hit");
+    }
+}
