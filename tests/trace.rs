@@ -2,7 +2,7 @@
 #![allow(clippy::disallowed_methods, reason = "an oracle may use the standard library")]
 
 use bitlight::numeric::random::unit;
-use bitlight::trace::{Bvh, Hit, Ray};
+use bitlight::trace::{Bvh, Hit, Ray, bundle};
 use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
 use glam::Vec3;
@@ -196,5 +196,40 @@ fn the_tree_finds_what_a_loop_over_all_triangles_finds() {
         let [hits, boxes] = compare(name, &mesh, count);
         println!("{name}: {hits} of {count} rays hit, {boxes} otherwise without boxes");
         assert!(hits * 10 > count, "{name}: {hits} of {count} rays hit");
+    }
+}
+
+/// The bits of every mesh's vertices for some directions, against single rays in a loop over all triangles.
+#[test]
+fn a_bundle_of_parallel_rays_sees_what_single_rays_see() {
+    let axes = [Vec3::X, Vec3::Y, -Vec3::Z];
+    let fibonacci = bitlight::sphere::quadrature::fibonacci(61);
+    let fibonacci = fibonacci.iter().map(|d| Vec3::from_array(d.map(|c| c as f32)));
+    let directions: Vec<Vec3> = axes.into_iter().chain(fibonacci).collect();
+    let mut meshes = adversaries();
+    meshes.push(("a knot", shapes::torus_knot(2, 3, 0.35, 96, 12).unwrap()));
+    for (name, mesh) in meshes {
+        // Vertices, with the normals of the mesh, and points within triangles that look both ways.
+        let mut points = mesh.positions.clone();
+        let mut normals = mesh.normals.clone();
+        for triangle in mesh.triangles.iter().take(200) {
+            let [a, b, c] = triangle.map(|corner| mesh.positions[corner as usize]);
+            points.extend([(a + b + c) / 3.0, (a + b) * 0.5]);
+            normals.extend([(b - a).cross(c - a), (c - a).cross(b - a)]);
+        }
+        let found = bundle::visibility(&mesh, &points, &normals, &directions);
+        let words = directions.len().div_ceil(32);
+        let mut seen = 0;
+        for (p, (point, normal)) in points.iter().zip(&normals).enumerate() {
+            for (d, direction) in directions.iter().enumerate() {
+                let sees = normal.dot(*direction) > 0.0
+                    && plain(&mesh, &Ray::new(*point, *direction), true).is_none();
+                let bit = found[p * words + d / 32] >> (d % 32) & 1;
+                assert_eq!(bit, u32::from(sees), "{name}: point {p} {point} along {d} {direction}");
+                seen += u64::from(sees);
+            }
+        }
+        println!("{name}: {seen} of {} rays see the sky", points.len() * directions.len());
+        assert!(seen > 0);
     }
 }

@@ -204,11 +204,11 @@ wide! {
             if child & LEAF != 0 {
                 let triangle = child & !LEAF;
                 let corners = &bvh.corners[triangle as usize];
-                if let Some(hit) = within(&shear, origin, corners, triangle, [enters, leaves], most) {
-                    if best.is_none_or(|best| hit.t < best.t || (hit.t == best.t && triangle < best.triangle)) {
-                        best = Some(hit);
-                        most = hit.t;
-                    }
+                let hit = within(&shear, origin, corners, triangle, [enters, leaves], most);
+                let nearer = |hit: &Hit| best.is_none_or(|best| hit.t < best.t || triangle < best.triangle);
+                if let Some(hit) = hit.filter(nearer) {
+                    best = Some(hit);
+                    most = hit.t;
                 }
                 continue;
             }

@@ -48,6 +48,12 @@ impl Shear {
         Self { axes, by: [x / z, y / z, 1.0 / z] }
     }
 
+    /// How far the sheared points of a box of half extents `half` reach from its middle, for each axis.
+    pub(super) fn reach(&self, half: Vec3) -> [f64; 3] {
+        let [x, y, z] = self.axes.map(|axis| f64::from(half[axis]));
+        [x + self.by[0].abs() * z, y + self.by[1].abs() * z, z * self.by[2].abs()]
+    }
+
     /// A sheared point: where it lies across the direction, and how far along it.
     #[inline(always)]
     pub fn apply(&self, point: Vec3) -> [f64; 3] {
