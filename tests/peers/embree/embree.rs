@@ -60,7 +60,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let program = std::env::args().nth(1).ok_or("name the peer's program: see run.sh")?.into();
     let folder = tempfile::tempdir()?;
     let [pool, _] = workload::pools();
-    let mut bench = Bench { program, pool, work: folder.path().join("work"), answers: folder.path().join("answers") };
+    let mut bench =
+        Bench { program, pool, work: folder.path().join("work"), answers: folder.path().join("answers") };
     let assets = Assets::from_environment();
     let asset = |name: &str| -> Result<Mesh, Box<dyn Error>> {
         Ok(obj::read(assets.find(&format!("stanford/{name}.obj"))?)?)
@@ -122,7 +123,9 @@ impl<'a> Work<'a> {
         bytes.extend(floats(mesh.positions.iter().chain(&mesh.normals).flat_map(|vector| vector.to_array())));
         bytes.extend(words(mesh.triangles.iter().flatten().copied()));
         let rays = rays.iter().flat_map(|ray| [ray.origin, ray.direction]);
-        bytes.extend(floats(directions.iter().copied().chain(rays).chain(*view).flat_map(|vector| vector.to_array())));
+        bytes.extend(floats(
+            directions.iter().copied().chain(rays).chain(*view).flat_map(|vector| vector.to_array()),
+        ));
         bytes
     }
 }
@@ -144,7 +147,8 @@ impl Bench {
     }
 
     fn bake(&mut self, name: &str, mesh: &Mesh, directions: usize) -> Result<(), Box<dyn Error>> {
-        let directions = fibonacci(directions).iter().map(|d| Vec3::from_array(d.map(|d| d as f32))).collect();
+        let directions =
+            fibonacci(directions).iter().map(|d| Vec3::from_array(d.map(|d| d as f32))).collect();
         let work = Work { directions, ..Work::new(mesh) };
         let mut peer = self.start(&work)?;
         let ours = || bundle::visibility(mesh, &mesh.positions, &mesh.normals, &work.directions);
@@ -180,7 +184,10 @@ impl Bench {
         let hits = self.pool.install(ours);
         let mut count = |answers: &[u8]| {
             let pairs = hits.iter().zip(triangles(answers));
-            [hits.len(), pairs.filter(|(hit, triangle)| hit.map_or(NONE, |hit| hit.triangle) != *triangle).count()]
+            [
+                hits.len(),
+                pairs.filter(|(hit, triangle)| hit.map_or(NONE, |hit| hit.triangle) != *triangle).count(),
+            ]
         };
         let row = format!("{name} | {}", mesh.triangles.len());
         self.row(&row, &mut peer, |robust| calls("nearest", robust), &mut count, &|| drop(black_box(ours())))
@@ -189,7 +196,7 @@ impl Bench {
     fn primary(&mut self, mesh: &Mesh) -> Result<(), Box<dyn Error>> {
         let bounds = mesh.bounds();
         let camera = Camera {
-            position: bounds.center() + Vec3::Z * (2.85 * bounds.radius()),
+            position: bounds.center() + Vec3::Z * (2.5 * bounds.radius()),
             target: bounds.center(),
             up: Vec3::Y,
             fov: 36.0,
@@ -212,15 +219,22 @@ impl Bench {
             };
             (0..SIDE * SIDE).map(pixel).collect()
         };
-        let ways: [(&str, &(dyn Fn() -> Vec<u32> + Sync)); 2] = [("`raster::visibility`", &raster), ("`Bvh::nearest`", &trace)];
+        let ways: [(&str, &(dyn Fn() -> Vec<u32> + Sync)); 2] =
+            [("`raster::visibility`", &raster), ("`Bvh::nearest`", &trace)];
         for (name, ours) in ways {
             let seen = self.pool.install(ours);
-            let covered = seen.iter().filter(|triangle| **triangle != NONE).count() as f64 / seen.len() as f64;
+            let covered =
+                seen.iter().filter(|triangle| **triangle != NONE).count() as f64 / seen.len() as f64;
             let mut count = |answers: &[u8]| {
-                [seen.len(), seen.iter().zip(triangles(answers)).filter(|(ours, theirs)| **ours != *theirs).count()]
+                [
+                    seen.len(),
+                    seen.iter().zip(triangles(answers)).filter(|(ours, theirs)| **ours != *theirs).count(),
+                ]
             };
             let row = format!("{name} | {:.0} %", covered * 100.0);
-            self.row(&row, &mut peer, |robust| calls("primary", robust), &mut count, &|| drop(black_box(ours())))?;
+            self.row(&row, &mut peer, |robust| calls("primary", robust), &mut count, &|| {
+                drop(black_box(ours()))
+            })?;
         }
         Ok(())
     }
@@ -259,7 +273,6 @@ impl Bench {
     ) -> Result<(), Box<dyn Error>> {
         let mut fastest: Vec<(usize, String, Duration)> = vec![];
         for (width, call) in calls(0) {
-            peer.ask(&call)?;
             let time = peer.measure(&call)?[0];
             match fastest.iter_mut().find(|known| known.0 == width) {
                 Some(known) if time < known.2 => *known = (width, call, time),
@@ -333,7 +346,9 @@ fn rays(mesh: &Mesh) -> Vec<Ray> {
     };
     let ray = |ray: usize| {
         // The greatest of three even numbers is spread as the distance within a ball.
-        let far = [5, 6].iter().fold(unit(1, ray as u64, 0, 4), |far, which| max(far, unit(1, ray as u64, 0, *which)));
+        let far = [5, 6]
+            .iter()
+            .fold(unit(1, ray as u64, 0, 4), |far, which| max(far, unit(1, ray as u64, 0, *which)));
         Ray::new(center + direction(ray, 0) * (radius * far), direction(ray, 2))
     };
     (0..RAYS).map(ray).collect()

@@ -59,7 +59,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             ours.push(measure(std::process::id(), || Ok(pool.install(render)?))?);
         }
         // Milliseconds a frame, by all turns but the first.
-        let [ours, theirs] = [ours, theirs].map(|turns| medians(&turns[1..]).map(|time| time * 1e3 / FRAMES as f64));
+        let [ours, theirs] =
+            [ours, theirs].map(|turns| medians(&turns[1..]).map(|time| time * 1e3 / FRAMES as f64));
         rows += &format!(
             "| {threads} | {:.1} | {:.1} | {:.2} | {:.1} | {:.1} | {:.2} |\n",
             ours[0],
