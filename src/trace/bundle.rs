@@ -19,7 +19,7 @@ use glam::Vec3;
 pub const WORD: usize = 32;
 
 /// Points that a triangle is held against at a time.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// Directions that one task takes one after the other, keeping its memory.
 const RUN: usize = 4;
@@ -65,7 +65,7 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
 }
 
 /// A mesh and points, in an order in which neighbours in space are neighbours in memory.
-struct Bundle {
+pub(super) struct Bundle {
     /// The mesh's vertices.
     vertices: Vec<Vec3>,
     /// Three of them a triangle.
@@ -88,17 +88,17 @@ struct Point {
 
 /// What a task keeps from one direction to the next: points that look along the direction, sorted by cells.
 #[derive(Default)]
-struct Cells {
+pub(super) struct Cells {
     vertices: Vec<[f32; 4]>,
     /// The sheared place and the cell of each point that looks along the direction, in the order of points.
     looking: Vec<([f32; 3], u32, u32)>,
     /// Where the points of each cell start, and one end more.
     starts: Vec<u32>,
-    x: Vec<f32>,
-    y: Vec<f32>,
+    pub(super) x: Vec<f32>,
+    pub(super) y: Vec<f32>,
     /// Depth along the direction; not a number once the point is blocked.
-    z: Vec<f32>,
-    vertex: Vec<u32>,
+    pub(super) z: Vec<f32>,
+    pub(super) vertex: Vec<u32>,
     point: Vec<u32>,
 }
 
@@ -161,7 +161,7 @@ impl Bundle {
         let frame = Sheared::new(direction, self);
         shear_all(&frame, &self.vertices, &mut cells.vertices);
         cells.sort(&frame, self, direction);
-        walk(self, &frame, direction, cells);
+        block(self, &frame, direction, cells);
         for (number, z) in cells.point.iter().zip(&cells.z) {
             seen[self.points[*number as usize].index as usize] = u8::from(!z.is_nan());
         }
@@ -169,7 +169,7 @@ impl Bundle {
 }
 
 /// Sheared space, moved and scaled by powers of two so that everything is within ±2.
-struct Sheared {
+pub(super) struct Sheared {
     shear: Shear,
     center: [f64; 3],
     scale: [f64; 3],
@@ -257,58 +257,85 @@ impl Cells {
     }
 }
 
-wide! {
-    /// Holds every triangle against the points in the cells of its box.
-    fn walk(bundle: &Bundle, frame: &Sheared, direction: Vec3, cells: &mut Cells) {
-        let columns = frame.size[0] + 1;
-        let width = 4.0 / frame.size[1] as f32;
-        for triangle in &bundle.triangles {
-            let [a, b, c] = triangle.map(|corner| cells.vertices[corner as usize]);
-            let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
-            for axis in 0..4 {
-                low[axis] = min(min(a[axis], b[axis]), c[axis]);
-                high[axis] = max(max(a[axis], b[axis]), c[axis]);
-            }
-            let rows = [frame.cell(1, low[1]) as usize, frame.cell(1, high[1]) as usize];
-            let span = [frame.cell(0, low[0]) as usize, frame.cell(0, high[0]) as usize];
-            let (mut e, mut f) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
-            let mut area = e[0] * f[1] - e[1] * f[0];
-            if area < 0.0 {
-                (e, f, area) = (f, e, -area);
-            }
-            let slack = SLACK * (max(high[0] - low[0], high[1] - low[1]) + width);
-            let test = Test { a: [a[0], a[1]], e, f, area, slack, behind: high[2] + DEPTH_SLACK, ahead: low[2] - DEPTH_SLACK, corners: *triangle };
-            for row in rows[0]..=rows[1] {
-                let mut at = cells.starts[row * columns + span[0]] as usize;
-                let end = cells.starts[row * columns + span[1] + 1] as usize;
-                while at < end {
-                    let doubtful = test.eight(cells, at, end - at);
-                    if doubtful != 0 {
-                        decide(bundle, cells, direction, triangle, at, doubtful);
-                    }
-                    at += LANES;
+/// Holds every triangle against the points in the cells of its box, `eight` at a time.
+#[inline(always)]
+pub(super) fn walk(
+    bundle: &Bundle,
+    frame: &Sheared,
+    direction: Vec3,
+    cells: &mut Cells,
+    eight: impl Fn(&Test, &mut Cells, usize, usize) -> u32,
+) {
+    let columns = frame.size[0] + 1;
+    let width = 4.0 / frame.size[1] as f32;
+    for triangle in &bundle.triangles {
+        let [a, b, c] = triangle.map(|corner| cells.vertices[corner as usize]);
+        let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
+        for axis in 0..4 {
+            low[axis] = min(min(a[axis], b[axis]), c[axis]);
+            high[axis] = max(max(a[axis], b[axis]), c[axis]);
+        }
+        let rows = [frame.cell(1, low[1]) as usize, frame.cell(1, high[1]) as usize];
+        let span = [frame.cell(0, low[0]) as usize, frame.cell(0, high[0]) as usize];
+        let (mut e, mut f) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+        let mut area = e[0] * f[1] - e[1] * f[0];
+        if area < 0.0 {
+            (e, f, area) = (f, e, -area);
+        }
+        let test = Test {
+            a: [a[0], a[1]],
+            e,
+            f,
+            area,
+            slack: SLACK * (max(high[0] - low[0], high[1] - low[1]) + width),
+            behind: high[2] + DEPTH_SLACK,
+            ahead: low[2] - DEPTH_SLACK,
+            corners: *triangle,
+        };
+        for row in rows[0]..=rows[1] {
+            let mut at = cells.starts[row * columns + span[0]] as usize;
+            let end = cells.starts[row * columns + span[1] + 1] as usize;
+            while at < end {
+                let doubtful = eight(&test, cells, at, end - at);
+                if doubtful != 0 {
+                    decide(bundle, cells, direction, triangle, at, doubtful);
                 }
+                at += LANES;
             }
         }
     }
 }
 
+/// Marks the points that the triangles block.
+fn block(bundle: &Bundle, frame: &Sheared, direction: Vec3, cells: &mut Cells) {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        #[expect(
+            unsafe_code,
+            reason = "the twin with wider instructions, for a processor that was just looked at"
+        )]
+        // SAFETY: the processor has AVX2.
+        return unsafe { super::avx2::look(bundle, frame, direction, cells) };
+    }
+    walk(bundle, frame, direction, cells, |test, cells, at, count| test.eight(cells, at, count));
+}
+
 /// A triangle as eight points at a time are held against it.
-struct Test {
+pub(super) struct Test {
     /// The first corner.
-    a: [f32; 2],
+    pub(super) a: [f32; 2],
     /// The edges from it to the two others, counter-clockwise.
-    e: [f32; 2],
-    f: [f32; 2],
+    pub(super) e: [f32; 2],
+    pub(super) f: [f32; 2],
     /// Twice the area.
-    area: f32,
+    pub(super) area: f32,
     /// How far the edge functions may be off.
-    slack: f32,
+    pub(super) slack: f32,
     /// Beyond this depth no point is blocked,
-    behind: f32,
+    pub(super) behind: f32,
     /// and before this one every point inside is.
-    ahead: f32,
-    corners: [u32; 3],
+    pub(super) ahead: f32,
+    pub(super) corners: [u32; 3],
 }
 
 impl Test {

@@ -4,6 +4,8 @@
 //! is kept whatever tree was built: [`triangle`] says what hits, and every step of the walk compares numbers that can
 //! only grow from a triangle's own box to the boxes around it.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
 pub mod bundle;
 mod bvh;
 pub mod triangle;
