@@ -9,7 +9,7 @@
 
 use super::Ray;
 use super::triangle::{Shear, hit};
-use crate::numeric::lanes::wide;
+use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::{clamp, max, max3, min, min3};
 use crate::numeric::parallel;
 use crate::world::mesh::Mesh;
@@ -29,10 +29,19 @@ const RUN: usize = 4;
 /// Rounding moves a coordinate by up to 2⁻²³ and a difference of two by δ = 2⁻²¹ with its own rounding. A product of two
 /// differences, neither longer than the widths' sum D, is then off by 2 δ D + 2⁻²⁴ D², an edge function, which is the
 /// difference of two, by under 5 δ D, and the third, which is the area less the two others, by under 20 δ D.
-const SLACK: f32 = 32.0 / 2_097_152.0;
+pub(super) const SLACK: f32 = 32.0 / 2_097_152.0;
+
+/// Rows of the grid for each square root of a triangle.
+const ROWS: f32 = 0.5;
+
+/// Columns of the grid for each square root of a point that looks.
+const COLUMNS: f32 = 3.0;
+
+/// Columns that share a front.
+pub(super) const BLOCK_COLUMNS: usize = 8;
 
 /// How far a depth may be off: a coordinate's rounding, with room.
-const DEPTH_SLACK: f32 = 1.0 / 2_097_152.0;
+pub(super) const DEPTH_SLACK: f32 = 1.0 / 2_097_152.0;
 
 /// Which of `directions` each of `points` sees: bit j of word w of point p, `[points][⌈directions / 32⌉]`, is set where
 /// the direction 32 w + j is above the horizon of the point's normal (n·ω > 0) and the ray from the point along it meets
@@ -66,40 +75,50 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
 
 /// A mesh and points, in an order in which neighbours in space are neighbours in memory.
 pub(super) struct Bundle {
-    /// The mesh's vertices.
-    vertices: Vec<Vec3>,
-    /// Three of them a triangle.
-    triangles: Vec<[u32; 3]>,
-    points: Vec<Point>,
+    /// The mesh's vertices, then those points that are none; one list a coordinate.
+    places: [Vec<f32>; 3],
+    /// Three vertices a triangle.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Of each point its place, its normal, and its index among the points that were given.
+    points: Vec<u32>,
+    normals: [Vec<f32>; 3],
+    order: Vec<u32>,
     /// The middle of the box around everything, and half its sides.
     center: Vec3,
     half: Vec3,
 }
 
-/// A point that looks around.
-struct Point {
-    position: Vec3,
-    normal: Vec3,
-    /// Its index among the points that were given.
-    index: u32,
-    /// The vertex in its place, [`u32::MAX`] if none is known: its triangles do not block it.
-    vertex: u32,
-}
-
-/// What a task keeps from one direction to the next: points that look along the direction, sorted by cells.
+/// What a task keeps from one direction to the next.
 #[derive(Default)]
 pub(super) struct Cells {
-    vertices: Vec<[f32; 4]>,
-    /// The sheared place and the cell of each point that looks along the direction, in the order of points.
-    looking: Vec<([f32; 3], u32, u32)>,
-    /// Where the points of each cell start, and one end more.
-    starts: Vec<u32>,
+    /// Sheared places.
+    pub(super) sheared: Vec<[f32; 4]>,
+    /// The points that look along the direction.
+    looking: Vec<u32>,
+    /// Whether what looks from a place is blocked.
+    blocked: Vec<bool>,
+    /// Where each cell's points start, and the last one's end. A cell has the points of two rows of the grid, its own and
+    /// the next, so that a triangle that is no higher than a row has all its points in cells of one row, side by side.
+    pub(super) starts: Vec<u32>,
+    /// The least depth of a point in [`BLOCK_COLUMNS`] neighbouring cells and the [`BLOCK_COLUMNS`] after them: a triangle
+    /// no wider than that and before this depth blocks nothing.
+    pub(super) fronts: Vec<f32>,
+    /// The points as they are sorted: sheared place, and the bits of the place's number; and their cells.
+    sorted: Vec<[f32; 4]>,
+    cells: Vec<u32>,
+    /// The points of all cells, each twice.
+    pub(super) lanes: Lanes,
+}
+
+/// Points in the order of cells.
+#[derive(Default)]
+pub(super) struct Lanes {
     pub(super) x: Vec<f32>,
     pub(super) y: Vec<f32>,
     /// Depth along the direction; not a number once the point is blocked.
     pub(super) z: Vec<f32>,
-    pub(super) vertex: Vec<u32>,
-    point: Vec<u32>,
+    /// The point's place, to leave out the triangles around it.
+    pub(super) place: Vec<u32>,
 }
 
 /// The three lowest ten-bit coordinates of a point in the box, their bits interleaved (Morton 1966).
@@ -135,46 +154,62 @@ impl Bundle {
             a + b + c
         };
         let triangles = order(mesh.triangles.len(), &centroid);
-        let triangles = triangles
-            .into_iter()
-            .map(|old| mesh.triangles[old as usize].map(|v| place[v as usize]))
-            .collect();
-        let points = order(points.len(), &|point| points[point]).into_iter().map(|index| {
-            let at = index as usize;
-            let vertex = match mesh.positions.get(at) {
-                Some(position) if *position == points[at] => place[at],
-                _ => u32::MAX,
-            };
-            Point { position: points[at], normal: normals[at], index, vertex }
+        let triangles =
+            triangles.into_iter().map(|old| mesh.triangles[old as usize].map(|v| place[v as usize]));
+        let mut places: Vec<Vec3> = sorted.iter().map(|old| mesh.positions[*old as usize]).collect();
+        let order = order(points.len(), &|point| points[point]);
+        let numbers = order.iter().map(|index| {
+            let index = *index as usize;
+            if mesh.positions.get(index) == Some(&points[index]) {
+                return place[index];
+            }
+            places.push(points[index]);
+            places.len() as u32 - 1
         });
+        let numbers = numbers.collect();
+        let lists = |of: &dyn Fn(usize) -> Vec3, count: usize| {
+            [0, 1, 2].map(|axis| (0..count).map(|index| of(index)[axis]).collect::<Vec<f32>>())
+        };
         Self {
-            points: points.collect(),
-            vertices: sorted.into_iter().map(|old| mesh.positions[old as usize]).collect(),
-            triangles,
+            places: lists(&|index| places[index], places.len()),
+            triangles: triangles.collect(),
+            points: numbers,
+            normals: lists(&|index| normals[order[index] as usize], order.len()),
+            order,
             center: low * 0.5 + high * 0.5,
             half: high * 0.5 - low * 0.5,
         }
     }
 
+    fn place(&self, index: u32) -> Vec3 {
+        Vec3::from_array([0, 1, 2].map(|axis| self.places[axis][index as usize]))
+    }
+
     /// Sets `seen` to 1 for each point that sees the direction.
     fn look(&self, direction: Vec3, cells: &mut Cells, seen: &mut [u8]) {
         let frame = Sheared::new(direction, self);
-        shear_all(&frame, &self.vertices, &mut cells.vertices);
-        cells.sort(&frame, self, direction);
-        block(self, &frame, direction, cells);
-        for (number, z) in cells.point.iter().zip(&cells.z) {
-            seen[self.points[*number as usize].index as usize] = u8::from(!z.is_nan());
+        let ends = shear(&frame, &self.places, &mut cells.sheared);
+        look_along(direction, &self.normals, &mut cells.looking);
+        let grid = Grid::new(self, ends, cells.looking.len());
+        cells.sort(&grid, self);
+        block(self, &grid, direction, cells);
+        cells.blocked.clear();
+        cells.blocked.resize(self.places[0].len(), false);
+        for (place, z) in cells.lanes.place.iter().zip(&cells.lanes.z).take(2 * cells.looking.len()) {
+            cells.blocked[*place as usize] |= z.is_nan();
+        }
+        for point in &cells.looking {
+            let free = !cells.blocked[self.points[*point as usize] as usize];
+            seen[self.order[*point as usize] as usize] = u8::from(free);
         }
     }
 }
 
 /// Sheared space, moved and scaled by powers of two so that everything is within ±2.
-pub(super) struct Sheared {
+struct Sheared {
     shear: Shear,
     center: [f64; 3],
     scale: [f64; 3],
-    /// Cells along x and y.
-    size: [usize; 2],
 }
 
 impl Sheared {
@@ -184,13 +219,7 @@ impl Sheared {
         // 2^-k for a number in [2^k, 2^(k+1)).
         let scale = |reach: f64| f64::from_bits((2046 - (reach.to_bits() >> 52 & 2047)) << 52);
         let across = scale(max(reach[0], reach[1]));
-        let rows = clamp(((bundle.points.len() as f64).sqrt() * 0.8) as usize, 1, 2048);
-        Self {
-            shear,
-            center: shear.apply(bundle.center),
-            scale: [across, across, scale(reach[2])],
-            size: [rows * 2, rows],
-        }
+        Self { shear, center: shear.apply(bundle.center), scale: [across, across, scale(reach[2])] }
     }
 
     #[inline(always)]
@@ -198,116 +227,195 @@ impl Sheared {
         let p = self.shear.apply(point);
         [0, 1, 2].map(|axis| ((p[axis] - self.center[axis]) * self.scale[axis]) as f32)
     }
+}
 
-    /// The cell along an axis of a coordinate within ±2.
-    #[inline(always)]
-    fn cell(&self, axis: usize, coordinate: f32) -> u32 {
-        ((coordinate + 2.0) * (self.size[axis] as f32 * 0.25)) as u32
+wide! {
+    /// Shears all places; returns the ends of x and y.
+    fn shear(frame: &Sheared, places: &[Vec<f32>; 3], out: &mut Vec<[f32; 4]>) -> [[f32; 2]; 2] {
+        out.resize(places[0].len(), [0.0; 4]);
+        let mut block = [[0.0; BLOCK]; 3];
+        let mut ends = [[[f32::INFINITY; BLOCK], [f32::NEG_INFINITY; BLOCK]]; 2];
+        for (number, out) in out.chunks_mut(BLOCK).enumerate() {
+            let [x, y, z] = [0, 1, 2].map(|axis| &places[axis][number * BLOCK..][..out.len()]);
+            for lane in 0..out.len() {
+                let place = frame.apply(Vec3::new(x[lane], y[lane], z[lane]));
+                for axis in 0..3 {
+                    block[axis][lane] = place[axis];
+                }
+            }
+            for axis in 0..2 {
+                for lane in 0..out.len() {
+                    ends[axis][0][lane] = min(ends[axis][0][lane], block[axis][lane]);
+                    ends[axis][1][lane] = max(ends[axis][1][lane], block[axis][lane]);
+                }
+            }
+            for (lane, out) in out.iter_mut().enumerate() {
+                *out = [block[0][lane], block[1][lane], block[2][lane], 0.0];
+            }
+        }
+        ends.map(|[low, high]| [low.into_iter().fold(f32::INFINITY, min), high.into_iter().fold(f32::NEG_INFINITY, max)])
     }
 }
 
 wide! {
-    fn shear_all(frame: &Sheared, points: &[Vec3], out: &mut Vec<[f32; 4]>) {
-        out.clear();
-        out.extend(points.iter().map(|point| {
-            let [x, y, z] = frame.apply(*point);
-            [x, y, z, 0.0]
-        }));
+    /// The points with n·ω > 0.
+    fn look_along(direction: Vec3, normals: &[Vec<f32>; 3], looking: &mut Vec<u32>) {
+        let count = normals[0].len();
+        looking.resize(count, 0);
+        let (mut found, mut above) = (0, [0_u8; BLOCK]);
+        for first in (0..count).step_by(BLOCK) {
+            let length = min(BLOCK, count - first);
+            let [x, y, z] = [0, 1, 2].map(|axis| &normals[axis][first..][..length]);
+            for lane in 0..length {
+                let cosine = x[lane] * direction.x + y[lane] * direction.y + z[lane] * direction.z;
+                above[lane] = u8::from(cosine > 0.0);
+            }
+            // Every point is written, and the next one over it unless it counts.
+            for lane in 0..length {
+                looking[found] = (first + lane) as u32;
+                found += usize::from(above[lane]);
+            }
+        }
+        looking.truncate(found);
+    }
+}
+
+/// Cells of sheared space.
+pub(super) struct Grid {
+    pub(super) low: [f32; 2],
+    /// Cells a unit.
+    pub(super) per: [f32; 2],
+    /// Cells along x and y.
+    pub(super) size: [usize; 2],
+    /// The larger side of a cell, in sheared units.
+    pub(super) width: f32,
+}
+
+impl Grid {
+    /// A grid between the `ends` of the sheared places, whose rows are about as high as triangles if these are alike.
+    fn new(bundle: &Bundle, ends: [[f32; 2]; 2], looking: usize) -> Self {
+        let rows = clamp((bundle.triangles.len() as f32).sqrt() * ROWS, 1.0, 2048.0);
+        let columns = clamp((looking as f32).sqrt() * COLUMNS, 1.0, 2048.0);
+        let size = [columns, rows];
+        let low = [ends[0][0], ends[1][0]];
+        let side = ends.map(|[low, high]| max(high - low, f32::MIN_POSITIVE));
+        let width = max(side[0] / columns, side[1] / rows);
+        let per = [0, 1].map(|axis| min(size[axis] / side[axis], 1e9));
+        Self { low, per, size: size.map(|size| size as usize + 1), width }
+    }
+
+    /// Blocks of a row, with one before the first for the points' second place.
+    pub(super) fn blocks(&self) -> usize {
+        self.size[0].div_ceil(BLOCK_COLUMNS) + 1
+    }
+
+    /// The cell along an axis of a coordinate.
+    #[inline(always)]
+    fn cell(&self, axis: usize, coordinate: f32) -> usize {
+        min(((coordinate - self.low[axis]) * self.per[axis]) as i32 as usize, self.size[axis] - 1)
     }
 }
 
 impl Cells {
     /// Sorts the points that look along the direction by cells.
-    fn sort(&mut self, frame: &Sheared, bundle: &Bundle, direction: Vec3) {
-        let columns = frame.size[0] + 1;
+    fn sort(&mut self, grid: &Grid, bundle: &Bundle) {
+        let [columns, rows] = grid.size;
+        let blocks = grid.blocks();
+        // A row before the first for the points' second place, which no triangle asks for.
         self.starts.clear();
-        self.starts.resize(columns * (frame.size[1] + 1) + 2, 0);
-        self.looking.clear();
-        for (number, point) in (0..).zip(&bundle.points) {
-            if point.normal.dot(direction) > 0.0 {
-                let place = frame.apply(point.position);
-                let cell = frame.cell(1, place[1]) * columns as u32 + frame.cell(0, place[0]);
-                self.starts[cell as usize + 2] += 1;
-                self.looking.push((place, cell, number));
+        self.starts.resize(columns * (rows + 1) + 2, 0);
+        self.fronts.clear();
+        self.fronts.resize(blocks * (rows + 1) + 1, f32::INFINITY);
+        self.cells.clear();
+        for point in &self.looking {
+            let [x, y, z, _] = self.sheared[bundle.points[*point as usize] as usize];
+            let (column, row) = (grid.cell(0, x), grid.cell(1, y));
+            let cell = row * columns + column;
+            self.starts[cell + 2] += 1;
+            self.starts[cell + columns + 2] += 1;
+            for front in [row * blocks + column / BLOCK_COLUMNS, (row + 1) * blocks + column / BLOCK_COLUMNS]
+            {
+                // As the next block of the one before, and as its own.
+                self.fronts[front] = min(self.fronts[front], z);
+                self.fronts[front + 1] = min(self.fronts[front + 1], z);
             }
+            self.cells.push(cell as u32);
         }
         let mut total = 0;
         for start in &mut self.starts {
             total += *start;
             *start = total;
         }
-        let count = self.looking.len();
-        for list in [&mut self.x, &mut self.y, &mut self.z] {
-            list.clear();
+        let count = 2 * self.looking.len();
+        self.sorted.resize(count, [0.0; 4]);
+        for (point, cell) in self.looking.iter().zip(&self.cells) {
+            let number = bundle.points[*point as usize];
+            let [x, y, z, _] = self.sheared[number as usize];
+            for cell in [*cell as usize, *cell as usize + columns] {
+                let next = &mut self.starts[cell + 1];
+                self.sorted[*next as usize] = [x, y, z, f32::from_bits(number)];
+                *next += 1;
+            }
+        }
+        let lanes = &mut self.lanes;
+        for list in [&mut lanes.x, &mut lanes.y, &mut lanes.z] {
             list.resize(count + LANES, 0.0);
         }
-        for list in [&mut self.vertex, &mut self.point] {
-            list.clear();
-            list.resize(count + LANES, 0);
+        lanes.place.resize(count + LANES, 0);
+        for (at, [x, y, z, number]) in self.sorted.iter().enumerate() {
+            (lanes.x[at], lanes.y[at], lanes.z[at], lanes.place[at]) = (*x, *y, *z, number.to_bits());
         }
-        for (place, cell, number) in &self.looking {
-            let next = &mut self.starts[*cell as usize + 1];
-            let at = *next as usize;
-            *next += 1;
-            let point = &bundle.points[*number as usize];
-            [self.x[at], self.y[at], self.z[at]] = *place;
-            (self.vertex[at], self.point[at]) = (point.vertex, *number);
-        }
-        self.point.truncate(count);
     }
 }
 
-/// Holds every triangle against the points in the cells of its box, `eight` at a time.
-#[inline(always)]
-pub(super) fn walk(
-    bundle: &Bundle,
-    frame: &Sheared,
-    direction: Vec3,
-    cells: &mut Cells,
-    eight: impl Fn(&Test, &mut Cells, usize, usize) -> u32,
-) {
-    let columns = frame.size[0] + 1;
-    let width = 4.0 / frame.size[1] as f32;
+/// Holds every triangle against the points in the cells of its box, eight at a time.
+fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
+    let columns = grid.size[0];
+    let Cells { sheared, starts, lanes, .. } = cells;
     for triangle in &bundle.triangles {
-        let [a, b, c] = triangle.map(|corner| cells.vertices[corner as usize]);
+        let [a, b, c] = triangle.map(|corner| sheared[corner as usize]);
         let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
         for axis in 0..4 {
             low[axis] = min(min(a[axis], b[axis]), c[axis]);
             high[axis] = max(max(a[axis], b[axis]), c[axis]);
         }
-        let rows = [frame.cell(1, low[1]) as usize, frame.cell(1, high[1]) as usize];
-        let span = [frame.cell(0, low[0]) as usize, frame.cell(0, high[0]) as usize];
-        let (mut e, mut f) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
-        let mut area = e[0] * f[1] - e[1] * f[0];
-        if area < 0.0 {
-            (e, f, area) = (f, e, -area);
-        }
+        let rows = [grid.cell(1, low[1]), grid.cell(1, high[1])];
+        let span = [grid.cell(0, low[0]), grid.cell(0, high[0])];
+        let (e, f) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+        let area = e[0] * f[1] - e[1] * f[0];
+        let turned = area < 0.0;
         let test = Test {
             a: [a[0], a[1]],
-            e,
-            f,
-            area,
-            slack: SLACK * (max(high[0] - low[0], high[1] - low[1]) + width),
+            e: if turned { f } else { e },
+            f: if turned { e } else { f },
+            area: area.abs(),
+            slack: SLACK * (max(high[0] - low[0], high[1] - low[1]) + grid.width),
             behind: high[2] + DEPTH_SLACK,
             ahead: low[2] - DEPTH_SLACK,
             corners: *triangle,
         };
-        for row in rows[0]..=rows[1] {
-            let mut at = cells.starts[row * columns + span[0]] as usize;
-            let end = cells.starts[row * columns + span[1] + 1] as usize;
+        // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
+        let mut row = rows[0] + 1;
+        loop {
+            let mut at = starts[row * columns + span[0]] as usize;
+            let end = starts[row * columns + span[1] + 1] as usize;
             while at < end {
-                let doubtful = eight(&test, cells, at, end - at);
+                let doubtful = test.eight(lanes, at, end - at);
                 if doubtful != 0 {
-                    decide(bundle, cells, direction, triangle, at, doubtful);
+                    decide(bundle, lanes, direction, triangle, at, doubtful);
                 }
                 at += LANES;
+            }
+            row += 2;
+            if row > rows[1] + 1 {
+                break;
             }
         }
     }
 }
 
 /// Marks the points that the triangles block.
-fn block(bundle: &Bundle, frame: &Sheared, direction: Vec3, cells: &mut Cells) {
+fn block(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         #[expect(
@@ -315,38 +423,38 @@ fn block(bundle: &Bundle, frame: &Sheared, direction: Vec3, cells: &mut Cells) {
             reason = "the twin with wider instructions, for a processor that was just looked at"
         )]
         // SAFETY: the processor has AVX2.
-        return unsafe { super::avx2::look(bundle, frame, direction, cells) };
+        return unsafe { super::avx2::walk(bundle, grid, direction, cells) };
     }
-    walk(bundle, frame, direction, cells, |test, cells, at, count| test.eight(cells, at, count));
+    walk(bundle, grid, direction, cells);
 }
 
 /// A triangle as eight points at a time are held against it.
-pub(super) struct Test {
+struct Test {
     /// The first corner.
-    pub(super) a: [f32; 2],
+    a: [f32; 2],
     /// The edges from it to the two others, counter-clockwise.
-    pub(super) e: [f32; 2],
-    pub(super) f: [f32; 2],
+    e: [f32; 2],
+    f: [f32; 2],
     /// Twice the area.
-    pub(super) area: f32,
+    area: f32,
     /// How far the edge functions may be off.
-    pub(super) slack: f32,
+    slack: f32,
     /// Beyond this depth no point is blocked,
-    pub(super) behind: f32,
+    behind: f32,
     /// and before this one every point inside is.
-    pub(super) ahead: f32,
-    pub(super) corners: [u32; 3],
+    ahead: f32,
+    corners: [u32; 3],
 }
 
 impl Test {
     /// Marks those of `count` points from `at` on, of eight at most, that are blocked for certain; a bit for each that may
     /// be.
     #[inline(always)]
-    fn eight(&self, cells: &mut Cells, at: usize, count: usize) -> u32 {
-        let x: &[f32; LANES] = cells.x[at..][..LANES].try_into().expect("as many");
-        let y: &[f32; LANES] = cells.y[at..][..LANES].try_into().expect("as many");
-        let vertex: &[u32; LANES] = cells.vertex[at..][..LANES].try_into().expect("as many");
-        let z: &mut [f32; LANES] = (&mut cells.z[at..][..LANES]).try_into().expect("as many");
+    fn eight(&self, lanes: &mut Lanes, at: usize, count: usize) -> u32 {
+        let x: &[f32; LANES] = lanes.x[at..][..LANES].try_into().expect("as many");
+        let y: &[f32; LANES] = lanes.y[at..][..LANES].try_into().expect("as many");
+        let place: &[u32; LANES] = lanes.place[at..][..LANES].try_into().expect("as many");
+        let z: &mut [f32; LANES] = (&mut lanes.z[at..][..LANES]).try_into().expect("as many");
         let mut doubtful = [0_u32; LANES];
         for lane in 0..LANES {
             let (px, py) = (x[lane] - self.a[0], y[lane] - self.a[1]);
@@ -354,9 +462,9 @@ impl Test {
             let v = self.e[0] * py - self.e[1] * px;
             let w = self.area - u - v;
             let least = min(min(u, v), w);
-            let own = (vertex[lane] == self.corners[0])
-                | (vertex[lane] == self.corners[1])
-                | (vertex[lane] == self.corners[2]);
+            let own = (place[lane] == self.corners[0])
+                | (place[lane] == self.corners[1])
+                | (place[lane] == self.corners[2]);
             let counts = (lane < count) & !own & (z[lane] <= self.behind);
             let may = counts & (least >= -self.slack);
             let must = counts & (least > self.slack) & (z[lane] < self.ahead);
@@ -371,21 +479,21 @@ impl Test {
 /// Traces the rays of the points that the quick test leaves open.
 #[cold]
 #[inline(never)]
-fn decide(
+pub(super) fn decide(
     bundle: &Bundle,
-    cells: &mut Cells,
+    lanes: &mut Lanes,
     direction: Vec3,
     triangle: &[u32; 3],
     at: usize,
     mut doubtful: u32,
 ) {
-    let corners = triangle.map(|corner| bundle.vertices[corner as usize]);
+    let corners = triangle.map(|corner| bundle.place(corner));
     while doubtful != 0 {
         let lane = doubtful.trailing_zeros() as usize;
         doubtful &= doubtful - 1;
-        let origin = bundle.points[cells.point[at + lane] as usize].position;
+        let origin = bundle.place(lanes.place[at + lane]);
         if hit(&Ray::new(origin, direction), &corners, 0).is_some() {
-            cells.z[at + lane] = f32::NAN;
+            lanes.z[at + lane] = f32::NAN;
         }
     }
 }
