@@ -149,7 +149,7 @@ impl Workload {
 
     /// Prepares a frame, counting round and round: deforms the solid, finds its box and its normals, sets up the views.
     pub(crate) fn prepare(&self, number: usize) -> Result<Frame, Error> {
-        self.loaded.frame(&self.scenes[number % self.scenes.len()])
+        self.loaded.translucency(&self.scenes[number % self.scenes.len()])
     }
 
     /// Prepares and renders a frame; how long preparing took.

@@ -73,7 +73,7 @@ fn prove() -> Result<bool, Error> {
         same &= matches!(verdict, Verdict::Same(_));
 
         let mut rendered = Digests::default();
-        run::render(&scene, &assets, &run::wanted("all")?, &mut rendered)?;
+        run::render(&scene, &assets, &run::wanted(scene.technique, "all")?, &mut rendered)?;
         for pass in &rendered.0 {
             digest.update(pass.digest.as_bytes());
         }

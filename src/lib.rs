@@ -4,6 +4,7 @@
 //! [`run::render`] renders a [`scene::Scene`] pass by pass into a [`pass::Recorder`]. What each pass computes is in
 //! [`techniques`]; every bit of it is the same on every machine (ARCHITECTURE.md says why and how that is proved).
 
+pub mod bake;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
@@ -16,6 +17,7 @@ pub mod scene;
 pub mod sphere;
 pub mod techniques;
 pub mod trace;
+pub mod truth;
 pub mod world;
 
 pub use error::Error;

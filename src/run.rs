@@ -1,12 +1,16 @@
 //! From a scene to its passes: the one place that knows every technique.
 
+pub mod truth;
+
+pub use truth::{TRUTH, Truth};
+
 use crate::Error;
 use crate::numeric::double;
-use crate::pass::{Axis, Info, Kept, Recorder, closure, execute};
-use crate::scene::{Assets, Origin, Radiance, Scene, Solid, Source};
-use crate::sphere::environment::{LatLong, constant};
+use crate::pass::{Axis, Info, Kept, Pass, Recorder, closure, execute};
+use crate::scene::{Assets, Origin, Radiance, Scene, Solid, Source, Technique};
+use crate::sphere::environment::{Environment, Form, LatLong};
 use crate::sphere::probes;
-use crate::techniques::translucency;
+use crate::techniques::{prt, translucency};
 use crate::world::decimate::decimate;
 use crate::world::light::Light;
 use crate::world::mesh::Mesh;
@@ -22,30 +26,49 @@ pub const RADII: [f32; 2] = [1e-12, 1e15];
 
 /// Every pass of every technique, in flow order.
 pub fn passes() -> impl Iterator<Item = &'static Info> {
-    translucency::PASSES.iter().map(|pass| &pass.info)
+    passes_of(Technique::Translucency).chain(passes_of(Technique::Prt))
 }
 
-/// The names of the passes that a request means: `final`, `all`, or names separated by commas, with or without
-/// the technique before them.
+/// Every pass of a technique, in flow order.
+pub fn passes_of(technique: Technique) -> impl Iterator<Item = &'static Info> {
+    fn infos<F>(table: &'static [Pass<F>]) -> Vec<&'static Info> {
+        table.iter().map(|pass| &pass.info).collect()
+    }
+    match technique {
+        Technique::Translucency => infos(&translucency::PASSES),
+        Technique::Prt => infos(&prt::PASSES),
+    }
+    .into_iter()
+}
+
+/// The passes of a technique that a request for some needs, in flow order.
+fn needed(technique: Technique, wanted: &[&str]) -> Result<Vec<&'static Info>, Error> {
+    let needed = match technique {
+        Technique::Translucency => closure(&translucency::PASSES, wanted),
+        Technique::Prt => closure(&prt::PASSES, wanted),
+    }?;
+    Ok(passes_of(technique).zip(needed).filter(|(_, needed)| *needed).map(|(info, _)| info).collect())
+}
+
+/// The names of the passes of a technique that a request means: `final`, `all`, or names separated by commas, with or
+/// without the technique before them.
 ///
 /// # Errors
 /// An unknown name, with the nearest known one.
-pub fn wanted(request: &str) -> Result<Vec<&'static str>, Error> {
+pub fn wanted(technique: Technique, request: &str) -> Result<Vec<&'static str>, Error> {
+    let all = passes_of(technique).map(|info| info.name);
     if request == "all" {
-        return Ok(passes().map(|info| info.name).collect());
+        return Ok(all.collect());
     }
+    let short = |name: &'static str| name.split_once('.').map_or("", |(_, short)| short);
+    let names: Vec<_> = all.collect();
     let one = |name: &str| {
-        let full = |info: &&Info| {
-            info.name == name || info.name.split_once('.').is_some_and(|(_, short)| short == name)
-        };
-        passes().find(full).map(|info| info.name).ok_or_else(|| {
-            let names = passes()
-                .flat_map(|info| [info.name, info.name.split_once('.').map_or("", |(_, short)| short)]);
-            let near = crate::nearest(name, names)
+        names.iter().find(|full| **full == name || short(full) == name).copied().ok_or_else(|| {
+            let near = crate::nearest(name, names.iter().flat_map(|full| [*full, short(full)]))
                 .map(|near| format!("did you mean \"{near}\"? "))
                 .unwrap_or_default();
-            Error::new(format!("there is no pass \"{name}\""))
-                .remedy(format!("{near}`bitlight passes` lists all"))
+            Error::new(format!("there is no pass \"{name}\" of {}", technique.name()))
+                .remedy(format!("{near}`bitlight passes {}` lists all", technique.name()))
         })
     };
     request.split(',').map(|name| one(name.trim())).collect()
@@ -83,20 +106,32 @@ pub fn render(
     Loaded::new(scene, assets, wanted)?.render(scene, wanted, recorder)
 }
 
-/// What sets the size of a pass's images, each with the key that does.
-const GROUPS: [(&str, &[&str]); 3] = [
-    ("translucency.cubemap", &["translucency.cubemap", "translucency.transmit"]),
-    ("translucency.shadow", &["translucency.shadow", "translucency.peel", "translucency.blur"]),
-    ("image.width", &[]), // all others
+/// What sets the size of a pass's buffer, each with the key that does, and what to make smaller then.
+const GROUPS: [(&str, &[&str], &str); 5] = [
+    ("translucency.cubemap", &["translucency.cubemap", "translucency.transmit"], TRANSLUCENCY),
+    ("translucency.shadow", &["translucency.shadow", "translucency.peel", "translucency.blur"], TRANSLUCENCY),
+    ("prt.directions", &["prt.visibility"], PRT),
+    ("prt.bands", &["prt.light", "prt.vectors", "prt.matrices", "prt.shading"], PRT),
+    ("image.width", &[], ""), // all others
 ];
 
-/// The group of a pass in [`GROUPS`], and the bytes of its buffer.
-fn buffer(scene: &Scene, info: &Info) -> (usize, u64) {
-    let group = GROUPS.iter().position(|(_, names)| names.contains(&info.name)).unwrap_or(GROUPS.len() - 1);
+const TRANSLUCENCY: &str =
+    "make image.width and image.height, translucency.shadow or translucency.cubemap smaller";
+const PRT: &str =
+    "make prt.bands or prt.directions smaller, or the solid coarser by solid.resolution or solid.triangles";
+
+/// The group of a pass in [`GROUPS`], and the bytes of its buffer for a solid of so many vertices.
+fn buffer(scene: &Scene, info: &Info, vertices: usize) -> (usize, u64) {
+    let group =
+        GROUPS.iter().position(|(_, names, _)| names.contains(&info.name)).unwrap_or(GROUPS.len() - 1);
     let [rows, columns] = match group {
         0 => [scene.translucency.cubemap; 2],
         1 => [scene.translucency.shadow; 2],
         _ => [scene.size[1], scene.size[0]],
+    };
+    let (coefficients, matrix) = match scene.technique {
+        Technique::Translucency => (9, 4),
+        Technique::Prt => (scene.prt.bands.pow(2), scene.prt.bands.pow(2)),
     };
     let casters = scene.lights.iter().filter(|light| !matches!(light, Source::Environment { .. })).count();
     let length = |axis: &Axis| match axis {
@@ -107,31 +142,31 @@ fn buffer(scene: &Scene, info: &Info) -> (usize, u64) {
         Axis::Point => scene.translucency.accumulation.pow(3),
         Axis::Row => rows,
         Axis::Column => columns,
-        Axis::Coefficient => 9,
-        Axis::MatrixRow | Axis::MatrixColumn => 4,
+        Axis::Vertex => vertices,
+        Axis::Word => scene.prt.directions.div_ceil(32),
+        Axis::Coefficient => coefficients,
+        Axis::MatrixRow | Axis::MatrixColumn => matrix,
         Axis::Channel(names) => names.len(),
     };
     (group, info.axes.iter().map(|axis| length(axis) as u64).product::<u64>() * 4)
 }
 
-/// The bytes that the passes of a request need at most, by the scene's settings alone: their buffers, as if none were
-/// freed before the end, the recorder's copies of the wanted ones, twice the largest while it is made and digested, and
-/// the tables of the cubemap. The solid's own come on top.
+/// The bytes that the passes of a request need at most, by the scene's settings and the number of the solid's vertices
+/// (0 before it is loaded): their buffers, as if none were freed before the end, the recorder's copies of the wanted
+/// ones, twice the largest while it is made and digested, and the tables of the cubemap. The solid's own come on top.
 ///
 /// # Errors
 /// An unknown pass.
-pub fn memory(scene: &Scene, wanted: &[&str]) -> Result<u64, Error> {
-    Ok(groups(scene, wanted)?.iter().sum())
+pub fn memory(scene: &Scene, wanted: &[&str], vertices: usize) -> Result<u64, Error> {
+    Ok(groups(scene, wanted, vertices)?.iter().sum())
 }
 
 /// [`memory`] for each of [`GROUPS`].
-fn groups(scene: &Scene, wanted: &[&str]) -> Result<[u64; 3], Error> {
-    let (mut bytes, mut largest) = ([0; 3], (0, 0));
-    for (pass, _) in
-        translucency::PASSES.iter().zip(closure(&translucency::PASSES, wanted)?).filter(|row| row.1)
-    {
-        let (group, buffer) = buffer(scene, &pass.info);
-        bytes[group] += buffer * if wanted.contains(&pass.info.name) { 2 } else { 1 };
+fn groups(scene: &Scene, wanted: &[&str], vertices: usize) -> Result<[u64; GROUPS.len()], Error> {
+    let (mut bytes, mut largest) = ([0; GROUPS.len()], (0, 0));
+    for info in needed(scene.technique, wanted)? {
+        let (group, buffer) = buffer(scene, info, vertices);
+        bytes[group] += buffer * if wanted.contains(&info.name) { 2 } else { 1 };
         if buffer > largest.1 {
             largest = (group, buffer);
         }
@@ -144,8 +179,8 @@ fn groups(scene: &Scene, wanted: &[&str]) -> Result<[u64; 3], Error> {
     Ok(bytes)
 }
 
-fn check_memory(scene: &Scene, wanted: &[&str]) -> Result<(), Error> {
-    let groups = groups(scene, wanted)?;
+fn check_memory(scene: &Scene, wanted: &[&str], vertices: usize) -> Result<(), Error> {
+    let groups = groups(scene, wanted, vertices)?;
     let total: u64 = groups.iter().sum();
     if total <= MAX_MEMORY {
         return Ok(());
@@ -153,20 +188,18 @@ fn check_memory(scene: &Scene, wanted: &[&str]) -> Result<(), Error> {
     let greatest = (0..groups.len()).max_by_key(|group| groups[*group]).unwrap_or_default();
     let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
     let lights = if scene.lights.len() > 1 { ", use fewer lights" } else { "" };
-    Err(Error::new(format!("the passes need {:.1} GiB of memory, over {:.0} GiB", gib(total), gib(MAX_MEMORY)))
-        .key(GROUPS[greatest].0)
-        .remedy(format!(
-            "make image.width and image.height, translucency.shadow or translucency.cubemap smaller{lights}, or ask \
-             for fewer passes"
-        )))
-}
-
-/// Loads what a scene names and prepares its frame.
-///
-/// # Errors
-/// A missing or unusable asset, a light inside the solid.
-pub fn frame(scene: &Scene, assets: &Assets) -> Result<translucency::Frame, Error> {
-    Loaded::new(scene, assets, &[])?.frame(scene)
+    let smaller = match (GROUPS[greatest].2, scene.technique) {
+        ("", Technique::Translucency) => TRANSLUCENCY,
+        ("", Technique::Prt) => "make image.width and image.height smaller",
+        (own, _) => own,
+    };
+    Err(Error::new(format!(
+        "the passes need {:.1} GiB of memory, over {:.0} GiB",
+        gib(total),
+        gib(MAX_MEMORY)
+    ))
+    .key(GROUPS[greatest].0)
+    .remedy(format!("{smaller}{lights}, or ask for fewer passes")))
 }
 
 /// Lets the allocator keep the memory of a frame for the next one: a program that renders many frames calls it first.
@@ -184,46 +217,83 @@ pub fn keep_memory() {
 pub struct Loaded {
     /// As placed, before it is deformed.
     solid: Mesh,
-    /// The coefficients of each of the scene's lights, zeros where it is no environment.
-    environments: Vec<[[f32; 3]; 9]>,
+    /// Of each of the scene's lights that is one.
+    environments: Vec<Option<Environment>>,
+    /// The coefficients of each environment in the bands that the scene's technique takes, none of other lights.
+    coefficients: Vec<Vec<[f32; 3]>>,
 }
 
 impl Loaded {
     /// Loads what a scene names, for a request of the `wanted` passes.
     ///
     /// # Errors
-    /// More than [`MAX_MEMORY`], before anything is loaded; a missing or unusable asset.
+    /// More than [`MAX_MEMORY`], before anything is allocated for a pass; a missing or unusable asset.
     pub fn new(scene: &Scene, assets: &Assets, wanted: &[&str]) -> Result<Self, Error> {
         let load = || {
-            check_memory(scene, wanted)?;
+            check_memory(scene, wanted, 0)?;
             // Before anything is loaded: a missing file shows at once.
             scene.assets().into_iter().try_for_each(|name| assets.find(name).map(drop))?;
-            let lights = scene.lights.iter().enumerate();
-            let environments =
-                lights.map(|(index, source)| environment(index, source, assets)).collect::<Result<_, _>>()?;
-            Ok(Self { solid: solid(&scene.solid, assets)?, environments })
+            let environments = scene
+                .lights
+                .iter()
+                .map(|source| environment(source, assets))
+                .collect::<Result<Vec<_>, _>>()?;
+            let bands = match scene.technique {
+                Technique::Translucency => 3,
+                Technique::Prt => scene.prt.bands,
+            };
+            let coefficients = environments.iter().enumerate();
+            let coefficients = coefficients.map(|(index, environment)| match environment {
+                Some(environment) => coefficients_of(index, environment, bands),
+                None => Ok(Vec::new()),
+            });
+            let coefficients = coefficients.collect::<Result<_, _>>()?;
+            let solid = solid(&scene.solid, assets)?;
+            check_memory(scene, wanted, solid.positions.len())?;
+            Ok(Self { solid, environments, coefficients })
         };
         load().map_err(|error: Error| scene.place(error))
     }
 
-    /// Prepares the frame of the scene that this was loaded for, at that scene's time ([`Scene::at`]). Its camera may
-    /// have moved since, and so may its points and directions of light.
+    /// The solid of the scene that this was loaded for, at that scene's time: the wave first, then the bend.
+    ///
+    /// # Errors
+    /// A solid deformed out of range.
+    pub fn solid(&self, scene: &Scene) -> Result<Mesh, Error> {
+        let solid = scene.wave.apply(&self.solid, scene.time).map_err(|error| error.key("wave.amplitude"))?;
+        scene.bend.apply(&solid, scene.time).map_err(|error| error.key("bend.angle"))
+    }
+
+    /// The environment that a light of the scene is; `None` for another kind of light.
+    ///
+    /// # Panics
+    /// Where the scene has no such light.
+    pub fn environment(&self, light: usize) -> Option<&Environment> {
+        self.environments[light].as_ref()
+    }
+
+    /// Prepares the translucency technique's frame of the scene that this was loaded for, at that scene's time
+    /// ([`Scene::at`]). Its camera may have moved since, and so may its points and directions of light.
     ///
     /// # Errors
     /// A light inside the solid, a solid deformed out of range.
-    pub fn frame(&self, scene: &Scene) -> Result<translucency::Frame, Error> {
-        let solid = scene.wave.apply(&self.solid, scene.time).map_err(|error| error.key("wave.amplitude"))?;
-        let lights = scene.lights.iter().zip(&self.environments).map(|(source, coefficients)| match source {
+    ///
+    /// # Panics
+    /// Where it was loaded for another technique.
+    pub fn translucency(&self, scene: &Scene) -> Result<translucency::Frame, Error> {
+        let lights = scene.lights.iter().zip(&self.coefficients).map(|(source, coefficients)| match source {
             Source::Point { position, intensity } => {
                 Light::Point { position: *position, intensity: *intensity }
             }
             Source::Directional { direction, irradiance } => {
                 Light::Directional { direction: *direction, irradiance: *irradiance }
             }
-            Source::Environment { .. } => Light::Environment { coefficients: *coefficients },
+            Source::Environment { .. } => {
+                Light::Environment { coefficients: std::array::from_fn(|index| coefficients[index]) }
+            }
         });
         translucency::Frame::new(
-            solid,
+            self.solid(scene)?,
             scene.medium,
             scene.gloss,
             lights.collect(),
@@ -234,13 +304,46 @@ impl Loaded {
         )
     }
 
+    /// [`Self::translucency`] for precomputed radiance transfer.
+    ///
+    /// # Errors
+    /// A solid deformed out of range, a point light.
+    pub fn prt(&self, scene: &Scene) -> Result<prt::Frame, Error> {
+        let lights = scene.lights.iter().zip(&self.coefficients).enumerate();
+        let lights = lights.map(|(index, (source, coefficients))| match source {
+            Source::Point { .. } => Err(Error::new("is point, and prt takes light from far away alone")
+                .key(format!("light[{index}].kind"))
+                .remedy("make it directional, with the irradiance at the solid")),
+            Source::Directional { direction, irradiance } => {
+                Ok(prt::Light::Directional { direction: *direction, irradiance: *irradiance })
+            }
+            Source::Environment { .. } => Ok(prt::Light::Environment(coefficients.clone())),
+        });
+        Ok(prt::Frame::new(
+            self.solid(scene)?,
+            scene.surface,
+            scene.medium,
+            lights.collect::<Result<_, _>>()?,
+            scene.camera,
+            scene.size,
+            scene.background,
+            scene.prt,
+        ))
+    }
+
     /// Renders the wanted passes of the scene that this was loaded for, as [`render`] does.
     ///
     /// # Errors
-    /// Those of [`Self::frame`], and what the recorder refuses.
+    /// What cannot be prepared, and what the recorder refuses.
     pub fn render(&self, scene: &Scene, wanted: &[&str], recorder: &mut dyn Recorder) -> Result<(), Error> {
-        let rendered =
-            self.frame(scene).and_then(|frame| execute(&translucency::PASSES, &frame, wanted, recorder));
+        let rendered = match scene.technique {
+            Technique::Translucency => self
+                .translucency(scene)
+                .and_then(|frame| execute(&translucency::PASSES, &frame, wanted, recorder)),
+            Technique::Prt => {
+                self.prt(scene).and_then(|frame| execute(&prt::PASSES, &frame, wanted, recorder))
+            }
+        };
         rendered.map_err(|error| scene.place(error))
     }
 }
@@ -248,16 +351,21 @@ impl Loaded {
 /// Renders every pass of a scene into a recorder, and gathers what reproducing the frame elsewhere takes.
 ///
 /// # Errors
-/// Those of [`render`].
+/// Those of [`render`]; a scene of another technique than translucency.
 pub fn export(
     scene: &Scene,
     assets: &Assets,
     recorder: &mut dyn Recorder,
 ) -> Result<translucency::Export, Error> {
+    if scene.technique != Technique::Translucency {
+        let error = Error::new(format!("is {}, and export knows translucency alone", scene.technique.name()));
+        let error = error.key("technique").remedy("`bitlight render --passes all` writes every buffer of it");
+        return Err(scene.place(error));
+    }
     let mut kept = Kept::default();
     let all = translucency::PASSES.map(|pass| pass.info.name);
     let loaded = Loaded::new(scene, assets, &all)?;
-    let frame = loaded.frame(scene).map_err(|error| scene.place(error))?;
+    let frame = loaded.translucency(scene).map_err(|error| scene.place(error))?;
     execute(&translucency::PASSES, &frame, &all, &mut vec![&mut kept as &mut dyn Recorder, recorder])
         .map_err(|error| scene.place(error))?;
     Ok(translucency::Export::new(frame, &kept))
@@ -319,25 +427,26 @@ fn shape(name: &str, n: usize, extents: Vec3) -> Result<Mesh, Error> {
     }
 }
 
-/// The coefficients of a light's radiance, zeros where it is no environment.
-fn environment(index: usize, source: &Source, assets: &Assets) -> Result<[[f32; 3]; 9], Error> {
-    let Source::Environment { radiance, scale } = source else { return Ok([[0.0; 3]; 9]) };
-    let coefficients = match radiance {
-        Radiance::Probe(name) => *probes::probe(name)?,
-        Radiance::File(name) => nine(&LatLong::read_hdr(&assets.find(name)?)?.project(3)),
-        Radiance::Constant(colour) => nine(&constant(3, *colour)),
+/// The environment that a light is, if it is one.
+fn environment(source: &Source, assets: &Assets) -> Result<Option<Environment>, Error> {
+    let Source::Environment { radiance, scale } = source else { return Ok(None) };
+    let form = match radiance {
+        Radiance::Probe(name) => Form::Probe(*probes::probe(name)?),
+        Radiance::File(name) => Form::Map(LatLong::read_hdr(&assets.find(name)?)?),
+        Radiance::Constant(colour) => Form::Constant(*colour),
     };
-    let coefficients = coefficients.map(|rgb| rgb.map(|value| value * scale));
-    if !coefficients.as_flattened().iter().all(|value| value.is_finite()) {
-        return Err(Error::new("makes the environment brighter than numbers go")
-            .key(format!("light[{index}].scale"))
-            .remedy("scale it down"));
-    }
-    Ok(coefficients)
+    Ok(Some(Environment { form, scale: *scale }))
 }
 
-fn nine(coefficients: &[[f32; 3]]) -> [[f32; 3]; 9] {
-    std::array::from_fn(|index| coefficients[index])
+/// The coefficients of the light of that index, which are finite.
+fn coefficients_of(index: usize, environment: &Environment, bands: usize) -> Result<Vec<[f32; 3]>, Error> {
+    let coefficients = environment.coefficients(bands);
+    if coefficients.as_flattened().iter().all(|value| value.is_finite()) {
+        return Ok(coefficients);
+    }
+    Err(Error::new("makes the environment brighter than numbers go")
+        .key(format!("light[{index}].scale"))
+        .remedy("scale it down"))
 }
 
 #[cfg(test)]
@@ -355,10 +464,11 @@ mod tests {
         for set in [vec![], vec!["translucency.accumulation=2".to_owned()]] {
             let scene = Scene::parse(SCENE, "a.toml".as_ref(), &set).unwrap();
             let mut kept = Kept::default();
-            render(&scene, &Assets::default(), &wanted("all").unwrap(), &mut kept).unwrap();
-            assert_eq!(kept.0.len(), passes().count());
+            let all = wanted(scene.technique, "all").unwrap();
+            render(&scene, &Assets::default(), &all, &mut kept).unwrap();
+            assert_eq!(kept.0.len(), all.len());
             for (info, _, made) in &kept.0 {
-                assert_eq!(buffer(&scene, info).1, 4 * made.data.len() as u64, "{}", info.name);
+                assert_eq!(buffer(&scene, info, 0).1, 4 * made.data.len() as u64, "{}", info.name);
             }
         }
     }
@@ -368,7 +478,8 @@ mod tests {
         let refusal = |set: &[&str]| {
             let set: Vec<_> = set.iter().map(|set| (*set).to_owned()).collect();
             let scene = Scene::parse(SCENE, "a.toml".as_ref(), &set).unwrap();
-            check_memory(&scene, &wanted("all").unwrap()).map_err(|error| error.key.unwrap_or_default())
+            check_memory(&scene, &wanted(scene.technique, "all").unwrap(), 0)
+                .map_err(|error| error.key.unwrap_or_default())
         };
         assert_eq!(refusal(&[]), Ok(()));
         assert_eq!(refusal(&["image.width=8192", "image.height=8192"]), Err("image.width".into()));
@@ -398,9 +509,9 @@ mod tests {
         assert!(Loaded::new(&scene, &assets, &[]).is_err());
         let still =
             Scene { wave: crate::world::deform::Wave { amplitude: 0.0, ..scene.wave }, ..scene.clone() };
-        let rest = loaded.frame(&still).unwrap();
+        let rest = loaded.translucency(&still).unwrap();
         for time in [0.0, 0.25, 0.5] {
-            let frame = loaded.frame(&scene.at(time)).unwrap();
+            let frame = loaded.translucency(&scene.at(time)).unwrap();
             let used = frame.solid.bounds();
             assert!((used.low.x - rest.bounds.low.x).abs() > 0.1, "the box follows at {time}");
             assert!(
@@ -419,8 +530,8 @@ mod tests {
         let Source::Point { position, .. } = &mut moved.lights[0] else { panic!("it is a point") };
         position.x += 1.0;
         let [still, afresh] = [&scene, &moved].map(|of| Loaded::new(of, &Assets::default(), &[]).unwrap());
-        assert_eq!(still.frame(&moved).unwrap(), afresh.frame(&moved).unwrap());
-        assert_ne!(still.frame(&moved).unwrap(), still.frame(&scene).unwrap());
+        assert_eq!(still.translucency(&moved).unwrap(), afresh.translucency(&moved).unwrap());
+        assert_ne!(still.translucency(&moved).unwrap(), still.translucency(&scene).unwrap());
     }
 
     fn render_final(scene: &Scene, loaded: &Loaded) -> Vec<f32> {

@@ -1,6 +1,7 @@
 //! The command as a person meets it: files, exit status, messages.
 #![cfg(feature = "cli")]
 
+use bitlight::scene::Technique;
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -77,7 +78,7 @@ fn all_passes_come_as_exr_npy_png_and_json() {
     for line in stdout(&output).lines().filter(|line| !line.ends_with("in passes")) {
         assert!(Path::new(line).is_file(), "{line} was announced");
     }
-    let known: Vec<_> = bitlight::run::passes().map(|info| info.name).collect();
+    let known: Vec<_> = bitlight::run::passes_of(Technique::Translucency).map(|info| info.name).collect();
     assert_eq!(passes(&report(&out)), known);
     let file = |name: &str| Path::new(&out).join(name);
     let matrices = bitlight::pass::npy::read(&file("knot.translucency.matrices.npy")).unwrap();
@@ -95,8 +96,10 @@ fn the_default_is_the_picture_and_leaves_out_nothing_that_it_needs() {
     assert_eq!(layers.len(), 1);
     let report = report(&out);
     let ran = passes(&report);
-    let idle: Vec<_> =
-        bitlight::run::passes().map(|info| info.name).filter(|name| !ran.contains(name)).collect();
+    let idle: Vec<_> = bitlight::run::passes_of(Technique::Translucency)
+        .map(|info| info.name)
+        .filter(|name| !ran.contains(name))
+        .collect();
     assert_eq!(idle, ["translucency.held"], "final needs every pass but the mask");
 }
 
@@ -377,19 +380,22 @@ fn figures_say_what_they_need() {
 
 #[test]
 fn passes_lists_every_pass_with_its_equation() {
-    let text = stdout(&bitlight(&["passes", "translucency"]));
+    let text = stdout(&bitlight(&["passes"]));
     for info in bitlight::run::passes() {
         assert!(text.contains(info.name) && text.contains(info.equation), "{}", info.name);
     }
+    assert!(!stdout(&bitlight(&["passes", "prt"])).contains("translucency."));
 }
 
 #[test]
 fn init_writes_a_scene_that_renders() {
     let (_keep, base) = folder();
     let scene = format!("{base}/mine.toml");
-    std::fs::write(&scene, bitlight(&["init", "translucency"]).stdout).unwrap();
-    let output = bitlight(&[&["render", &scene, "-o", &base], &SMALL[..]].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
+    for technique in bitlight::scene::keys::TECHNIQUES {
+        std::fs::write(&scene, bitlight(&["init", technique]).stdout).unwrap();
+        let output = bitlight(&[&["render", &scene, "-o", &base, "--passes", "all"], &SMALL[..]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+    }
 }
 
 #[test]

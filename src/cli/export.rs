@@ -60,7 +60,8 @@ impl Arguments {
     pub(super) fn run(self) -> Result<ExitCode, Error> {
         let scene = Scene::read(&self.scene, &self.set)?;
         let mut batch = Batch::new(&self.out, &scene.name())?;
-        let (mut digests, mut progress) = (Digests::default(), Progress::new(run::passes().count()));
+        let (mut digests, mut progress) =
+            (Digests::default(), Progress::new(run::passes_of(scene.technique).count()));
         let export = parallel::with_threads(0, || {
             let mut sinks: Vec<&mut dyn Recorder> = vec![&mut digests, &mut progress];
             run::export(&scene, &self.folder.assets(), &mut sinks)

@@ -45,8 +45,8 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(self) -> Result<ExitCode, Error> {
         let scene = Scene::read(&self.scene, &self.set)?;
-        let wanted = run::wanted(&self.passes)?;
-        let steps = run::passes().count();
+        let wanted = run::wanted(scene.technique, &self.passes)?;
+        let steps = run::passes_of(scene.technique).count();
         let mut progress = Progress::new(steps * self.frames.as_ref().map_or(1, ExactSizeIterator::len));
         progress.say("loading");
         let loaded = parallel::with_threads(self.threads, || {

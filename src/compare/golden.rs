@@ -304,7 +304,7 @@ fn head(pass: &Record) -> &str {
 /// Every pass of a scene, with its digest.
 fn render(scene: &Scene, assets: &Assets) -> Result<(Kept, Vec<Record>), Error> {
     let (mut kept, mut digests) = (Kept::default(), Digests::default());
-    let all = run::wanted("all")?;
+    let all = run::wanted(scene.technique, "all")?;
     run::render(scene, assets, &all, &mut vec![&mut kept as &mut dyn crate::pass::Recorder, &mut digests])?;
     Ok((kept, digests.0))
 }

@@ -40,6 +40,10 @@ pub enum Axis {
     Row,
     /// Columns of an image, from the left.
     Column,
+    /// The solid's vertices.
+    Vertex,
+    /// Words of 32 bits, a bit a direction, the lowest first.
+    Word,
     /// Spherical-harmonic coefficients in order l² + l + m.
     Coefficient,
     /// Rows of a matrix.
@@ -60,6 +64,8 @@ impl Axis {
             Self::Point => "point".into(),
             Self::Row => "row".into(),
             Self::Column => "column".into(),
+            Self::Vertex => "vertex".into(),
+            Self::Word => "word".into(),
             Self::Coefficient => "coefficient".into(),
             Self::MatrixRow => "row of matrix".into(),
             Self::MatrixColumn => "column of matrix".into(),

@@ -52,9 +52,19 @@ const fn key(
 
 const ANY: Kind = Kind::Triple(-1e12, 1e12);
 const POSITIVE: Kind = Kind::Triple(0.0, 1e12);
+const UNIT: Kind = Kind::Triple(0.0, 1.0);
 
 /// The techniques that a scene may ask for.
-pub const TECHNIQUES: &[&str] = &["translucency"];
+pub const TECHNIQUES: &[&str] = &["translucency", "prt"];
+
+/// Whether a technique reads a table. A scene may have tables of others: it can be rendered by them too, with
+/// `--set technique=...`.
+pub fn reads(technique: &str, table: &str) -> bool {
+    match table {
+        "surface" => technique == "prt",
+        _ => table == technique || !TECHNIQUES.contains(&table),
+    }
+}
 
 /// All keys, in the order in which a scene is written.
 pub const KEYS: &[Key] = &[
@@ -187,6 +197,31 @@ pub const KEYS: &[Key] = &[
         "Seconds from crest to crest; crests run towards -z.",
     ),
     key(
+        "bend",
+        "angle",
+        Kind::Number(-36e3, 36e3),
+        Some("0"),
+        "",
+        "Degrees by which `length` of the placed solid along y is bent towards x, times sin 2π(time / period); 0 for none.",
+    ),
+    key(
+        "bend",
+        "length",
+        Kind::Number(1e-9, 1e12),
+        Some("1"),
+        "",
+        "The length along y that turns by `angle`.",
+    ),
+    key("bend", "root", Kind::Number(-1e12, 1e12), Some("0"), "", "The height y that stays where it is."),
+    key(
+        "bend",
+        "period",
+        Kind::Number(1e-9, 1e12),
+        Some("1"),
+        "",
+        "Seconds until the solid has swung to both sides and back.",
+    ),
+    key(
         "material",
         "name",
         Kind::Text,
@@ -219,6 +254,32 @@ pub const KEYS: &[Key] = &[
         "Index of refraction; that of the named material, or 1.3, where absent.",
     ),
     key("material", "gloss", Kind::Number(0.0, 1e4), Some("0"), "", "Exponent of the highlight; 0 for none."),
+    key("surface", "albedo", UNIT, Some("[0.5, 0.5, 0.5]"), "", "Diffuse albedo, RGB."),
+    key(
+        "surface",
+        "highlight",
+        Kind::Choice(&["none", "phong", "cook-torrance"]),
+        Some("\"none\""),
+        "",
+        "The shape of the highlight on top of the diffuse part.",
+    ),
+    key(
+        "surface",
+        "specular",
+        UNIT,
+        Some("[0.2, 0.2, 0.2]"),
+        "",
+        "Colour of the highlight, RGB; Cook-Torrance takes it at normal incidence.",
+    ),
+    key("surface", "exponent", Kind::Number(0.0, 1e4), Some("20"), "", "Exponent of the Phong highlight."),
+    key(
+        "surface",
+        "roughness",
+        Kind::Number(0.01, 1.0),
+        Some("0.3"),
+        "",
+        "Root mean square slope of the facets of the Cook-Torrance highlight.",
+    ),
     key(
         "light",
         "kind",
@@ -387,6 +448,102 @@ pub const KEYS: &[Key] = &[
         "",
         "Which light the picture shows: what the surface reflects, what has come through the solid, or both.",
     ),
+    key(
+        "prt",
+        "bands",
+        Kind::Whole(1.0, 10.0),
+        Some("5"),
+        "",
+        "Bands n of spherical harmonics: light and transfer have n² coefficients.",
+    ),
+    key(
+        "prt",
+        "directions",
+        Kind::Whole(1.0, 65536.0),
+        Some("512"),
+        "",
+        "Directions in which the visibility of a vertex is found.",
+    ),
+    key(
+        "prt",
+        "method",
+        Kind::Choice(&["control", "quadrature"]),
+        Some("\"control\""),
+        "",
+        "How directions are summed: what is hidden less than the whole known exactly, or what is seen.",
+    ),
+    key(
+        "prt",
+        "reading",
+        Kind::Choice(&["corrected", "paper"]),
+        Some("\"corrected\""),
+        "",
+        "Whether the equations are computed as the errata correct them or to the letter of the print.",
+    ),
+    key(
+        "prt",
+        "bounces",
+        Kind::Whole(0.0, 64.0),
+        Some("0"),
+        "",
+        "How often light is reflected between points of the solid before it is reflected to the eye.",
+    ),
+    key(
+        "prt",
+        "subsurface",
+        Kind::Choice(&["none", "dipole"]),
+        Some("\"none\""),
+        "",
+        "Whether light that enters the material of [material] leaves elsewhere, by the dipole of Jensen et al. 2001.",
+    ),
+    key(
+        "prt",
+        "poses",
+        Kind::Whole(1.0, 100_000.0),
+        Some("1"),
+        "",
+        "Poses that `bitlight bake` stores: pose k is frame k.",
+    ),
+    key(
+        "truth",
+        "model",
+        Kind::Choice(&["surface", "medium", "dipole"]),
+        None,
+        "\"surface\"",
+        "What the ground truth traces: light between surfaces, in the medium, or by the dipole; by technique if absent.",
+    ),
+    key(
+        "truth",
+        "bands",
+        Kind::Whole(0.0, 32.0),
+        Some("0"),
+        "",
+        "Bands to which the ground truth sees an environment; 0 for the environment itself.",
+    ),
+    key(
+        "truth",
+        "bounces",
+        Kind::Whole(0.0, 10_000.0),
+        None,
+        "8",
+        "The most reflections between points of the solid before the one to the eye, as prt.bounces; no limit if absent.",
+    ),
+    key(
+        "truth",
+        "anisotropy",
+        Kind::Number(-0.99, 0.99),
+        Some("0"),
+        "",
+        "Mean cosine of the scattering angle in the medium of the ground truth.",
+    ),
+    key(
+        "truth",
+        "filter",
+        Kind::Choice(&["point", "box"]),
+        Some("\"point\""),
+        "",
+        "Where the ground truth samples a pixel: in its centre, which the passes shade, or all over its area.",
+    ),
 ];
 
 /// The procedural solids.
@@ -491,28 +648,28 @@ pub fn schema() -> Json {
 pub fn template(technique: &str) -> String {
     let mut text =
         String::from("# A scene of bitlight. Lines behind a # show defaults and alternatives.\n\n");
-    let shown = |key: &Key| base(key.table) == key.table || key.table == "light:point";
-    for table in tables() {
-        if TECHNIQUES.contains(&table) && table != technique {
-            continue;
-        }
+    // The kind of light to start from, and of several ways to give it the one that is shown.
+    let (kind, way) = if technique == "prt" { ("environment", "probe") } else { ("point", "") };
+    for table in tables().into_iter().filter(|table| reads(technique, table)) {
         match table {
             "" => {}
             "light" => text.push_str("\n[[light]]\n"),
             _ => writeln!(text, "\n[{table}]").unwrap_or_default(),
         }
         for key in KEYS.iter().filter(|key| base(key.table) == table) {
-            let (value, optional) = match key.default {
-                Some(_) if !key.example.is_empty() => (key.example, false),
-                Some(default) => (default, true),
-                None => (
-                    key.example,
-                    matches!(key.name, "file" | "scattering" | "absorption" | "eta" | "smallest_d")
-                        || !shown(key),
-                ),
+            let of = key.table.split_once(':').map(|(_, kind)| kind);
+            let other_light = of.is_some_and(|of| of != kind || (of == "environment" && key.name != way));
+            let optional = other_light
+                || table == "truth"
+                || matches!(key.name, "file" | "scattering" | "absorption" | "eta" | "smallest_d");
+            let (value, optional) = match (key.name, key.default) {
+                ("technique", _) => (format!("\"{technique}\""), false),
+                ("kind", _) => (format!("\"{kind}\""), false),
+                (_, Some(default)) if key.example.is_empty() => (default.to_owned(), true),
+                (_, Some(_)) => (key.example.to_owned(), false),
+                (_, None) => (key.example.to_owned(), optional),
             };
-            let scope =
-                key.table.split_once(':').map(|(_, kind)| format!("{kind} light: ")).unwrap_or_default();
+            let scope = of.map(|kind| format!("{kind} light: ")).unwrap_or_default();
             let mark = if optional { "# " } else { "" };
             let assignment = format!("{mark}{} = {value}", key.name);
             writeln!(text, "{assignment:<42} # {scope}{} Takes {}.", key.about, key.kind.describe())

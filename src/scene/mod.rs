@@ -5,9 +5,11 @@ pub mod keys;
 mod value;
 
 use crate::Error;
-use crate::techniques::translucency;
+use crate::techniques::{prt, translucency};
+use crate::truth::Filter;
+use crate::world::brdf::{Brdf, Gloss};
 use crate::world::camera::Camera;
-use crate::world::deform::Wave;
+use crate::world::deform::{Bend, Wave};
 use crate::world::medium::{JENSEN_2001, Medium};
 use glam::Vec3;
 use keys::{KEYS, Key};
@@ -20,15 +22,37 @@ use value::{Entry, Value, brief, path};
 /// The largest scene file that is read, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
 
+/// What renders a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Technique {
+    /// Translucent solids after Banterle and Chalmers.
+    Translucency,
+    /// Precomputed radiance transfer at vertices.
+    Prt,
+}
+
+impl Technique {
+    /// Its name in scenes and before the names of its passes, one of [`keys::TECHNIQUES`].
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Translucency => "translucency",
+            Self::Prt => "prt",
+        }
+    }
+}
+
 /// A checked scene. Its lengths are in its own unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// The file it came from.
     pub file: PathBuf,
-    /// Every setting that holds, given or by default, by its key.
+    /// Every setting that holds for its technique, given or by default, by its key: not those of other techniques nor
+    /// of the ground truth, and of `[bend]` only where the scene has that table.
     pub settings: Map<String, Json>,
     /// The line of the file, from 1, of every key that it has.
     pub lines: BTreeMap<String, usize>,
+    /// What renders it.
+    pub technique: Technique,
     /// The time that is rendered, in seconds.
     pub time: f64,
     /// Frames a second of a sequence.
@@ -45,14 +69,48 @@ pub struct Scene {
     pub solid: Solid,
     /// What deforms it once it is placed.
     pub wave: Wave,
+    /// What bends it then.
+    pub bend: Bend,
     /// What it is made of.
     pub medium: Medium,
     /// Exponent of the highlight.
     pub gloss: f32,
+    /// How its surface reflects, for techniques that read `[surface]`.
+    pub surface: Brdf,
     /// What lights it, in the file's order.
     pub lights: Vec<Source>,
     /// The knobs of the translucency technique.
     pub translucency: translucency::Settings,
+    /// The knobs of precomputed radiance transfer.
+    pub prt: prt::Settings,
+    /// What the ground truth traces.
+    pub truth: Truth,
+}
+
+/// What the ground truth traces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// Which transport; `None` for the technique's own.
+    pub model: Option<Model>,
+    /// Bands to which an environment is seen; 0 for the environment itself.
+    pub bands: usize,
+    /// The most reflections between points of the solid before the one to the eye; `None` for no limit.
+    pub bounces: Option<usize>,
+    /// Mean cosine of the scattering angle in the medium.
+    pub anisotropy: f32,
+    /// Where in a pixel its samples lie.
+    pub filter: Filter,
+}
+
+/// A model of light transport.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Model {
+    /// Reflection between surfaces.
+    Surface,
+    /// Scattering in the medium.
+    Medium,
+    /// The dipole over the surface.
+    Dipole,
 }
 
 /// A solid before it is loaded.
@@ -288,7 +346,8 @@ impl Reader {
             let remedy = match (table, near) {
                 ("light", _) => "write [[light]], with two brackets: there can be several".to_owned(),
                 (_, Some(near)) => format!("did you mean [{near}]?"),
-                _ => "the tables are [image], [camera], [solid], [wave], [material], [[light]] and the technique's"
+                _ => "the tables are [image], [camera], [solid], [wave], [bend], [material], [surface], [[light]], \
+                     [truth] and the technique's"
                     .to_owned(),
             };
             return Err(error(format!("there is no table {}", brief(&entry.table))).remedy(remedy));
@@ -391,7 +450,10 @@ impl Reader {
     }
 
     fn scene(&self, file: &Path) -> Result<Scene, Error> {
-        self.required("", "technique")?;
+        let technique = match self.required("", "technique")? {
+            Value::Text(name) if name == "prt" => Technique::Prt,
+            _ => Technique::Translucency,
+        };
         let millimetres = match self.text("", "unit").as_deref() {
             Some("mm") => 1.0,
             Some("cm") => 10.0,
@@ -400,7 +462,13 @@ impl Reader {
         let (medium, gloss) = self.material(millimetres)?;
         let mut lights = Vec::new();
         while self.entries.iter().any(|entry| entry.table == format!("light[{}]", lights.len())) {
-            lights.push(self.light(&format!("light[{}]", lights.len()))?);
+            let table = format!("light[{}]", lights.len());
+            let light = self.light(&table)?;
+            if technique == Technique::Prt && matches!(light, Source::Point { .. }) {
+                let error = self.error(&table, "kind", "is point, and prt takes light from far away alone");
+                return Err(error.remedy("make it directional, with the irradiance at the solid"));
+            }
+            lights.push(light);
         }
         if lights.is_empty() {
             return Err(Error::new("the scene has no light")
@@ -409,8 +477,9 @@ impl Reader {
         }
         Ok(Scene {
             file: file.into(),
-            settings: self.settings(),
+            settings: self.settings(technique),
             lines: self.entries.iter().filter_map(|entry| Some((entry.path(), entry.line?))).collect(),
+            technique,
             time: self.number("", "time").unwrap_or_default(),
             frame_rate: self.number("", "frame_rate").unwrap_or_default(),
             size: [self.whole("image", "width"), self.whole("image", "height")],
@@ -419,11 +488,55 @@ impl Reader {
             camera: self.camera()?,
             solid: self.solid()?,
             wave: self.wave(),
+            bend: self.bend(),
             medium,
             gloss,
+            surface: self.surface()?,
             lights,
             translucency: self.translucency(),
+            prt: self.prt(),
+            truth: self.truth(),
         })
+    }
+
+    fn prt(&self) -> prt::Settings {
+        let table = "prt";
+        prt::Settings {
+            bands: self.whole(table, "bands"),
+            directions: self.whole(table, "directions"),
+            method: match self.text(table, "method").as_deref() {
+                Some("quadrature") => prt::Method::Quadrature,
+                _ => prt::Method::Control,
+            },
+            reading: match self.text(table, "reading").as_deref() {
+                Some("paper") => prt::Reading::Paper,
+                _ => prt::Reading::Corrected,
+            },
+            bounces: self.whole(table, "bounces"),
+            subsurface: match self.text(table, "subsurface").as_deref() {
+                Some("dipole") => prt::Subsurface::Dipole,
+                _ => prt::Subsurface::None,
+            },
+            poses: self.whole(table, "poses"),
+        }
+    }
+
+    fn truth(&self) -> Truth {
+        Truth {
+            model: match self.text("truth", "model").as_deref() {
+                Some("surface") => Some(Model::Surface),
+                Some("medium") => Some(Model::Medium),
+                Some("dipole") => Some(Model::Dipole),
+                _ => None,
+            },
+            bands: self.whole("truth", "bands"),
+            bounces: self.number("truth", "bounces").map(|bounces| bounces as usize),
+            anisotropy: self.real("truth", "anisotropy"),
+            filter: match self.text("truth", "filter").as_deref() {
+                Some("box") => Filter::Box,
+                _ => Filter::Point,
+            },
+        }
     }
 
     fn translucency(&self) -> translucency::Settings {
@@ -510,6 +623,24 @@ impl Reader {
         Wave { amplitude, length, period }
     }
 
+    fn bend(&self) -> Bend {
+        let [angle, length, root, period] =
+            ["angle", "length", "root", "period"].map(|name| self.number("bend", name).unwrap_or_default());
+        Bend { angle, length, root, period }
+    }
+
+    fn surface(&self) -> Result<Brdf, Error> {
+        Ok(Brdf {
+            albedo: self.vector("surface", "albedo")?,
+            specular: self.vector("surface", "specular")?,
+            gloss: match self.text("surface", "highlight").as_deref() {
+                Some("phong") => Gloss::Phong { exponent: self.real("surface", "exponent") },
+                Some("cook-torrance") => Gloss::CookTorrance { roughness: self.real("surface", "roughness") },
+                _ => Gloss::None,
+            },
+        })
+    }
+
     fn material(&self, millimetres: f32) -> Result<(Medium, f32), Error> {
         let given = |name| self.entry("material", name).is_some();
         let eta = self.number("material", "eta").map(|eta| eta as f32);
@@ -570,10 +701,16 @@ impl Reader {
         }
     }
 
-    /// All settings that hold: given ones and defaults.
-    fn settings(&self) -> Map<String, Json> {
+    /// All settings that hold for the technique: given ones and defaults.
+    fn settings(&self, technique: Technique) -> Map<String, Json> {
         let mut settings = Map::new();
-        let defaults = KEYS.iter().filter(|key| !key.table.starts_with("light"));
+        let bent = self.entries.iter().any(|entry| entry.table == "bend");
+        let listed = |table: &str| match table {
+            "truth" => false,
+            "bend" => bent,
+            _ => keys::reads(technique.name(), table) && !table.starts_with("light"),
+        };
+        let defaults = KEYS.iter().filter(|key| listed(key.table));
         for key in defaults {
             if let Some(value) = self.value(key.table, key.name) {
                 settings.insert(path(key.table, key.name), value.to_json());
@@ -653,6 +790,27 @@ mod tests {
     }
 
     #[test]
+    fn settings_are_those_of_the_technique() {
+        let both = format!("{SMALL}[truth]\nbounces = 3\n[prt]\nbands = 2\n[surface]\nalbedo = [1, 1, 1]\n");
+        let scene = parse(&both, &[]).unwrap();
+        assert_eq!(scene.settings, parse(SMALL, &[]).unwrap().settings);
+        assert_eq!((scene.truth.bounces, scene.truth.bands, scene.prt.bands), (Some(3), 0, 2));
+        let environment = ["technique=prt", "light[0].kind=environment"];
+        assert!(refusal(&both, &["technique=prt"]).contains("a.toml:7: light[0].kind: is point"));
+        assert!(refusal(&both, &environment).contains("there is no such key"));
+        let sun = both
+            .replace("\"point\"", "\"directional\"")
+            .replace("position = [0, 3, 3]", "direction = [0, -1, 0]");
+        let scene =
+            parse(&sun.replace("intensity", "irradiance"), &["technique=prt", "bend.angle=9"]).unwrap();
+        assert_eq!((&scene.settings["prt.bands"], &scene.settings["bend.period"]), (&2.into(), &1.into()));
+        assert_eq!(scene.surface.albedo, Vec3::ONE);
+        assert!(
+            scene.settings.keys().all(|key| !key.starts_with("translucency") && !key.starts_with("truth"))
+        );
+    }
+
+    #[test]
     fn refusals_name_file_line_key_and_remedy() {
         let wrong = SMALL.replace("shape", "shpae");
         assert_eq!(refusal(&wrong, &[]), "a.toml:5: solid.shpae: there is no such key; did you mean shape?");
@@ -676,7 +834,10 @@ mod tests {
 
     #[test]
     fn the_template_is_a_scene_and_every_default_is_accepted() {
-        parse(&keys::template("translucency"), &[]).unwrap();
+        for technique in keys::TECHNIQUES {
+            let scene = parse(&keys::template(technique), &[]).unwrap();
+            assert_eq!(scene.technique.name(), *technique);
+        }
         for key in KEYS {
             let text = key.default.unwrap_or(key.example);
             assert!(key.kind.accepts(&Value::parse(text).unwrap()), "{} = {text}", key.name);

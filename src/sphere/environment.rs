@@ -198,6 +198,60 @@ pub fn constant(bands: usize, radiance: Vec3) -> Vec<[f32; 3]> {
     coefficients
 }
 
+/// Distant light from all around, in one of the forms that a scene gives it, times a factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Environment {
+    /// The form.
+    pub form: Form,
+    /// Factor on its radiance, at least 0.
+    pub scale: f32,
+}
+
+/// A form of distant light.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Form {
+    /// A lat-long map of radiance.
+    Map(LatLong),
+    /// The same radiance from everywhere, RGB.
+    Constant(Vec3),
+    /// Nine published coefficients: those of higher bands are 0.
+    Probe([[f32; 3]; 9]),
+}
+
+impl Environment {
+    /// The radiance coefficients of `bands` bands, RGB in the order l² + l + m.
+    ///
+    /// # Panics
+    /// Where `bands` exceeds [`sh::MAX_BANDS`].
+    pub fn coefficients(&self, bands: usize) -> Vec<[f32; 3]> {
+        let mut coefficients = match &self.form {
+            Form::Map(map) => map.project(bands),
+            Form::Constant(colour) => constant(bands, *colour),
+            Form::Probe(nine) => nine.to_vec(),
+        };
+        coefficients.resize(bands * bands, [0.0; 3]);
+        coefficients.iter_mut().for_each(|rgb| *rgb = rgb.map(|value| value * self.scale));
+        coefficients
+    }
+
+    /// The radiance from a unit `direction`, RGB; that of a probe is the sum of its nine functions, which rings below
+    /// zero opposite a bright side.
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        let radiance = match &self.form {
+            Form::Map(map) => map.radiance(direction),
+            Form::Constant(colour) => *colour,
+            Form::Probe(nine) => {
+                let mut basis = [0.0; 9];
+                sh::evaluate_fast(3, direction, &mut basis);
+                nine.iter()
+                    .zip(basis)
+                    .fold(Vec3::ZERO, |sum, (rgb, value)| sum + Vec3::from_array(*rgb) * value)
+            }
+        };
+        radiance * self.scale
+    }
+}
+
 const SMALLER: &str = "scale it down to 8192 × 4096 texels or fewer";
 
 fn check_size(width: usize, height: usize) -> Result<(), Error> {

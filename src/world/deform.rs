@@ -1,12 +1,13 @@
-//! Solids that move: the sine deformer of fig. 12 (Banterle and Chalmers).
+//! Solids that move: the sine deformer of fig. 12 (Banterle and Chalmers), and a bend, whose swing gives a range of
+//! poses without a skeleton.
 //!
-//! The paper calls it "a function of time and z coordinate" and says no more. Here a transverse wave runs along z and
+//! The paper calls the first it "a function of time and z coordinate" and says no more. Here a transverse wave runs along z and
 //! displaces x, which leaves volumes as they are (the Jacobian's determinant is 1) and has normals in closed form.
 
 use super::mesh::Mesh;
 use crate::Error;
 use crate::numeric::lanes::{BLOCK, wide};
-use crate::numeric::{parallel, turns::sin_cos};
+use crate::numeric::{double, parallel, turns::sin_cos};
 use glam::Vec3;
 use std::f64::consts::TAU;
 
@@ -52,6 +53,68 @@ impl Wave {
         let shrunk = 1.0 / (x * x + y * y + z * z).sqrt();
         let turned = Vec3::new((x * shrunk) as f32, (y * shrunk) as f32, (z * shrunk) as f32);
         (Vec3 { x: moved, ..position }, turned)
+    }
+}
+
+/// Bends what stands along y into an arc of constant curvature κ in the plane of x and y.
+///
+/// With s = y − root and φ = κ s, the line of centres x = 0 becomes ((1 − cos φ) / κ, root + sin φ / κ), and a point at x
+/// stays that far from it, across: x′ = (1 − cos φ) / κ + x cos φ, y′ = root + sin φ / κ − x sin φ, z′ = z. Below the root
+/// it bends to the same side. κ(t) = angle / length · sin 2πt / period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bend {
+    /// Degrees by which `length` is turned at the height of the swing; 0 leaves a solid as it is, to the bit.
+    pub angle: f64,
+    /// In the scene's unit.
+    pub length: f64,
+    /// The height y that stays where it is, in the scene's unit.
+    pub root: f64,
+    /// Seconds until the solid has swung to both sides and back.
+    pub period: f64,
+}
+
+impl Bend {
+    /// The solid as it is bent at `time`, in seconds.
+    ///
+    /// # Errors
+    /// Where a vertex lies beyond the centre of the arc, so that the solid would be turned inside out there, and where
+    /// one leaves the range of coordinates.
+    pub fn apply(&self, solid: &Mesh, time: f64) -> Result<Mesh, Error> {
+        let curvature = self.angle * (TAU / 360.0) / self.length * sin_cos(time / self.period).0;
+        if self.angle == 0.0 {
+            return Ok(solid.clone());
+        }
+        let mut vertices: Vec<_> =
+            solid.positions.iter().copied().zip(solid.normals.iter().copied()).collect();
+        if solid.used_positions().any(|p| 1.0 - curvature * f64::from(p.x) <= 0.0) {
+            return Err(Error::new("bends the solid into itself: it reaches beyond the centre of the arc")
+                .remedy("bend by a smaller angle, or over a greater bend.length"));
+        }
+        parallel::for_each_chunk(&mut vertices, RUN, |_, vertices| {
+            vertices.iter_mut().for_each(|(p, n)| (*p, *n) = self.vertex(*p, *n, curvature));
+        });
+        let (positions, normals) = vertices.into_iter().unzip();
+        Mesh::new(positions, Some(normals), solid.triangles.clone())
+    }
+
+    /// A vertex and its unit normal, bent. The map turns by φ and stretches along the arc by 1 − κx, so the normal's part
+    /// along the arc shrinks by that.
+    fn vertex(&self, position: Vec3, normal: Vec3, curvature: f64) -> (Vec3, Vec3) {
+        let [x, s] = [f64::from(position.x), f64::from(position.y) - self.root];
+        let phi = curvature * s;
+        let (sin, cos) = (double::sin(phi), double::cos(phi));
+        // sin φ / κ = s sin φ / φ, and (1 − cos φ) / κ = s sin²(φ/2) / (φ/2): good at no curvature too.
+        let ratio = |angle: f64| if angle == 0.0 { 1.0 } else { double::sin(angle) / angle };
+        let (along, across) = (s * ratio(phi), s * ratio(0.5 * phi) * double::sin(0.5 * phi));
+        let bent = Vec3::new((across + x * cos) as f32, (self.root + along - x * sin) as f32, position.z);
+        let stretch = 1.0 - curvature * x;
+        let [nx, ny, nz] =
+            [f64::from(normal.x) * stretch, f64::from(normal.y), f64::from(normal.z) * stretch];
+        let turned = [nx * cos + ny * sin, ny * cos - nx * sin, nz];
+        let length = (turned[0] * turned[0] + turned[1] * turned[1] + nz * nz).sqrt();
+        // A normal of no length (corners that cancel) stays one.
+        let shrunk = if length > 0.0 { 1.0 / length } else { 0.0 };
+        (bent, Vec3::from_array(turned.map(|value| (value * shrunk) as f32)))
     }
 }
 
@@ -150,5 +213,60 @@ mod tests {
     fn a_wave_out_of_range_is_refused() {
         let rest = shapes::sphere(3).unwrap();
         assert!(Wave { amplitude: 1e19, ..WAVE }.apply(&rest, 0.1).is_err());
+    }
+
+    const BEND: Bend = Bend { angle: 70.0, length: 1.3, root: -0.4, period: 2.5 };
+
+    /// At a quarter of the period the swing is at its height.
+    const HEIGHT: f64 = 0.625;
+
+    #[test]
+    fn bent_normals_are_perpendicular_to_the_bent_tangents() {
+        let rest = shapes::sphere(12).unwrap();
+        let curvature = BEND.angle.to_radians() / BEND.length;
+        let (step, mut turned) = (1e-3_f32, 0.0_f64);
+        for (p, n) in rest.positions.iter().zip(&rest.normals) {
+            let (_, found) = BEND.vertex(*p, *n, curvature);
+            let along = n.any_orthonormal_pair();
+            let tangent = |t: Vec3| {
+                let [ahead, behind] = [*p + t * step, *p - t * step].map(|p| BEND.vertex(p, *n, curvature).0);
+                (ahead - behind).normalize()
+            };
+            let tangents = [tangent(along.0), tangent(along.1)];
+            for tangent in tangents {
+                assert!(found.dot(tangent).abs() < 1e-3, "{p}: {}", found.dot(tangent));
+            }
+            assert!(tangents[0].cross(tangents[1]).dot(found) * along.0.cross(along.1).dot(*n) > 0.5);
+            turned = crate::numeric::order::max(turned, f64::from(found.distance(*n)));
+        }
+        assert!(turned > 0.7, "the bend turns normals by {turned}");
+    }
+
+    #[test]
+    fn a_bend_is_an_arc_about_a_centre_that_swings_to_both_sides() {
+        let beam = shapes::cuboid(Vec3::new(0.1, 1.0, 0.1), 8).unwrap();
+        let [there, back, rest] =
+            [HEIGHT, 3.0 * HEIGHT, 2.0 * HEIGHT].map(|time| BEND.apply(&beam, time).unwrap());
+        let radius = 1.3 / 70.0_f32.to_radians();
+        for (index, p) in beam.positions.iter().enumerate() {
+            let center = Vec3::new(radius, -0.4, p.z);
+            assert!((there.positions[index].distance(center) - (radius - p.x)).abs() < 1e-6);
+            // The other side of the swing is the mirror image of the mirrored beam.
+            let mirrored = beam.positions.iter().position(|q| *q == Vec3::new(-p.x, p.y, p.z)).unwrap();
+            let image = back.positions[mirrored] * Vec3::new(-1.0, 1.0, 1.0);
+            assert!(there.positions[index].distance(image) < 1e-6);
+            assert!(rest.positions[index].distance(*p) < 1e-6);
+        }
+    }
+
+    #[test]
+    fn no_angle_changes_no_bit_and_too_great_a_one_is_refused() {
+        let rest = shapes::sphere(6).unwrap();
+        assert_eq!(Bend { angle: 0.0, ..BEND }.apply(&rest, 0.7).unwrap(), rest);
+        let error = Bend { angle: 90.0, ..BEND }.apply(&rest, HEIGHT).unwrap_err().to_string();
+        assert!(error.contains("into itself") && error.contains("smaller angle"), "{error}");
+        // At rest nothing is bent, however great the angle.
+        assert!(Bend { angle: 36e3, ..BEND }.apply(&rest, 0.0).is_ok());
+        assert!(Bend { angle: 1.0, length: 1e-9, ..BEND }.apply(&rest, HEIGHT).is_err());
     }
 }

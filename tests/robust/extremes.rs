@@ -11,9 +11,10 @@ use std::path::Path;
 fn brightest(text: &str, assets: &Assets, set: &[&str]) -> Result<f32, String> {
     let set: Vec<_> = set.iter().map(|set| (*set).to_owned()).collect();
     let mut kept = Kept::default();
-    let all = run::wanted("all").unwrap();
-    let rendered = Scene::parse(text, Path::new("a.toml"), &set)
-        .and_then(|scene| run::render(&scene, assets, &all, &mut kept));
+    let rendered = Scene::parse(text, Path::new("a.toml"), &set).and_then(|scene| {
+        let all = run::wanted(scene.technique, "all").unwrap();
+        run::render(&scene, assets, &all, &mut kept)
+    });
     rendered.map_err(|error| {
         assert!(error.remedy.is_some() && error.file.is_some(), "{error}");
         error.to_string()

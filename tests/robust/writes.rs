@@ -154,7 +154,8 @@ fn a_folder_that_vanishes_is_an_error_that_names_it() {
     let out = folder.path().join("out");
     let scene = Scene::parse(SCENE, "a.toml".as_ref(), &[]).unwrap();
     let mut files = Files::new(&out, "a").unwrap();
-    run::render(&scene, &Assets::default(), &run::wanted("all").unwrap(), &mut files).unwrap();
+    run::render(&scene, &Assets::default(), &run::wanted(scene.technique, "all").unwrap(), &mut files)
+        .unwrap();
     std::fs::remove_dir_all(&out).unwrap();
     let error = files.write(Path::new("a.toml"), &scene.settings, 0.0).unwrap_err();
     assert!(error.file.as_ref().is_some_and(|file| file.starts_with(&out)), "{error}");
@@ -162,7 +163,8 @@ fn a_folder_that_vanishes_is_an_error_that_names_it() {
     assert!(!out.exists());
 
     let mut files = Files::new(&out, "a").unwrap();
-    run::render(&scene, &Assets::default(), &run::wanted("all").unwrap(), &mut files).unwrap();
+    run::render(&scene, &Assets::default(), &run::wanted(scene.technique, "all").unwrap(), &mut files)
+        .unwrap();
     let batch = files.write(Path::new("a.toml"), &scene.settings, 0.0).unwrap();
     std::fs::remove_dir_all(&out).unwrap();
     let error = batch.commit().unwrap_err();

@@ -48,7 +48,8 @@ impl Map {
         run::render(&scene, &Assets::default(), &["translucency.shadow"], &mut kept).unwrap();
         let texels = kept.get("translucency.shadow").unwrap().as_f32();
         let distances = texels.chunks_exact(3).map(|texel| texel[0]).collect();
-        Self { frame: run::frame(&scene, &Assets::default()).unwrap(), distances }
+        let loaded = run::Loaded::new(&scene, &Assets::default(), &[]).unwrap();
+        Self { frame: loaded.translucency(&scene).unwrap(), distances }
     }
 
     fn covered(&self) -> usize {

@@ -162,7 +162,7 @@ fn a_mirrored_scene_has_a_mirrored_picture() {
     for (name, solid, material) in SOLIDS {
         let text = [&head(solid, material), PROBE, POINT, EVEN, BEAM].concat();
         let scene = Scene::parse(&text, "mirror.toml".as_ref(), &[]).unwrap();
-        let frame = run::frame(&scene, &Assets::default()).unwrap();
+        let frame = run::Loaded::new(&scene, &Assets::default(), &[]).unwrap().translucency(&scene).unwrap();
         let flip = |v: Vec3| Vec3::new(-v.x, v.y, v.z);
         let lights = frame.lights.iter().map(|light| match light {
             Light::Point { position, intensity } => {

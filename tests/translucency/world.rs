@@ -239,7 +239,7 @@ pub(crate) fn all() -> impl Iterator<Item = &'static Rendered> {
 
 impl World {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let mesh = run::frame(scene, &Assets::default()).unwrap().solid;
+        let mesh = run::Loaded::new(scene, &Assets::default(), &[]).unwrap().solid(scene).unwrap();
         let corners = |of: &[glam::Vec3]| -> Vec<[Vec3; 3]> {
             let corner = |index: u32| of[index as usize].to_array().map(f64::from);
             mesh.triangles.iter().map(|triangle| triangle.map(corner)).collect()

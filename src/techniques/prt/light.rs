@@ -1,0 +1,37 @@
+//! `prt.light`: the distant radiance of each light as n² coefficients, Lᵢ = ∫ L(ω) yᵢ(ω) dω.
+//!
+//! An environment's are projected when it is loaded. A directional light is a delta: E yᵢ towards it, whose irradiance
+//! on a surface that faces it is E in the limit of many bands, and rings below.
+
+use super::{Frame, Light};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::sphere::sh;
+
+pub(super) const PASS: Pass<Frame> = Pass {
+    info: Info {
+        name: "prt.light",
+        equation: "Sloan et al. 2002, §3",
+        about: "the coefficients of each light's radiance",
+        inputs: &[],
+        axes: &[Axis::Light, Axis::Coefficient, RGB],
+        unit: "radiance times the square root of steradians",
+    },
+    run,
+};
+
+fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
+    let bands = frame.settings.bands;
+    let mut values = Vec::new();
+    for light in &frame.lights {
+        match light {
+            Light::Environment(coefficients) => values.extend_from_slice(coefficients.as_flattened()),
+            Light::Directional { direction, irradiance } => {
+                let mut basis = vec![0.0; bands * bands];
+                sh::evaluate(bands, (-direction.as_dvec3()).to_array(), &mut basis);
+                let rgb = irradiance.as_dvec3().to_array();
+                values.extend(basis.iter().flat_map(|basis| rgb.map(|channel| (channel * basis) as f32)));
+            }
+        }
+    }
+    Buffer::f32(&[frame.lights.len(), bands * bands, 3], values)
+}
