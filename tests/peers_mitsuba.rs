@@ -5,6 +5,8 @@
 #[path = "peers/mitsuba/scenes.rs"]
 mod scenes;
 
+use bitlight::truth::{Model, Volume};
+use bitlight::world::brdf::{Brdf, Gloss};
 use scenes::{Outcome, Table, mean};
 use std::path::Path;
 
@@ -28,6 +30,50 @@ fn agrees(name: &str) {
     assert!(blocks.tests > 200, "{name}: {blocks:?}");
     assert!(blocks.holds() && blocks.spread < 1.5, "{name}: {blocks:?}");
     assert!(whole.holds(), "{name}, all blocks together: {whole:?}");
+}
+
+/// A scene that is a little wrong.
+fn differs(name: &str, change: impl Fn(&mut Model)) {
+    let mut table = table(name);
+    change(&mut table.scene.model);
+    let [blocks, whole] = compare(&table);
+    assert!(!(blocks.holds() && blocks.spread < 1.5 && whole.holds()), "{name}: {blocks:?}, {whole:?}");
+}
+
+#[test]
+fn small_faults_are_found() {
+    let brdf = |change: fn(&mut Brdf)| {
+        move |model: &mut Model| {
+            let Model::Surface { brdf, .. } = model else { panic!("no surface") };
+            change(brdf);
+        }
+    };
+    let volume = |change: fn(&mut Volume)| {
+        move |model: &mut Model| {
+            let Model::Medium(volume) = model else { panic!("no medium") };
+            change(volume);
+        }
+    };
+    differs("diffuse-sky", brdf(|brdf| brdf.albedo *= 0.99));
+    differs("phong-sky", brdf(|brdf| brdf.gloss = Gloss::Phong { exponent: 28.0 }));
+    differs("cook-torrance-lamp", brdf(|brdf| brdf.gloss = Gloss::CookTorrance { roughness: 0.29 }));
+    differs("translucent-constant", volume(|volume| volume.eta = 1.28));
+    differs("translucent-sky", volume(|volume| volume.absorption = volume.absorption.map(|a| a * 1.05)));
+    differs("translucent-forward", volume(|volume| volume.anisotropy = 0.45));
+}
+
+#[test]
+fn one_wrong_block_is_found() {
+    let right = [[1.0; 3], [1e-6; 3]];
+    let wrong = [[1.0, 1.01, 1.0], [1e-6; 3]];
+    let theirs = vec![right; 100];
+    let mut ours = theirs.clone();
+    assert!(Outcome::new(&ours, &theirs, 128).holds());
+    ours[7] = wrong;
+    let outcome = Outcome::new(&ours, &theirs, 128);
+    assert!(outcome.passed == 299 && !outcome.holds(), "{outcome:?}");
+    // Black on both sides is no test.
+    assert_eq!(Outcome::new(&[[[0.0; 3]; 2]], &[[[0.0; 3]; 2]], 128).tests, 0);
 }
 
 macro_rules! scenes {

@@ -162,16 +162,23 @@ impl Bench {
         let ours = || bundle::visibility(mesh, &mesh.positions, &mesh.normals, &work.directions);
         let (seen, width) = (self.pool.install(ours), work.directions.len().div_ceil(WORD));
         // The peer's answers: 0 free, 1 blocked, 2 no ray.
-        let [mut rays, mut differ] = [0, 0];
+        let (bvh, least) = (Bvh::new(mesh), LEAST * mesh.bounds().radius());
         let mut count = |answers: &[u8]| {
-            [rays, differ] = [0, 0];
-            for (row, answers) in seen.chunks(width).zip(answers.chunks(work.directions.len())) {
+            let [mut rays, mut differ, mut near] = [0; 3];
+            let points =
+                mesh.positions.iter().zip(seen.chunks(width).zip(answers.chunks(work.directions.len())));
+            for (point, (row, answers)) in points {
                 for (direction, answer) in answers.iter().enumerate() {
                     let free = row[direction / WORD] >> (direction % WORD) & 1 == 1;
                     rays += usize::from(*answer < 2);
-                    differ += usize::from(free != (*answer == 0));
+                    if free != (*answer == 0) {
+                        let hit = bvh.nearest(&Ray::new(*point, work.directions[direction]));
+                        differ += 1;
+                        near += usize::from(hit.is_some_and(|hit| hit.t < least));
+                    }
                 }
             }
+            eprintln!("{name}: of {differ} rays that differ {near} hit nearer than Embree looks");
             [rays, differ]
         };
         let calls = |robust: usize| {

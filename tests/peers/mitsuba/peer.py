@@ -56,7 +56,8 @@ def knot(n, size):
 
 
 class Reflection(mi.BSDF):
-    """The formulas of src/world/brdf.rs. Directions are sampled by the cosine."""
+    """The formulas of src/world/brdf.rs. Half of the directions are drawn by the cosine, half by the highlight: paths that
+    meet one highlight in another would be rare and bright otherwise."""
 
     def __init__(self, props):
         mi.BSDF.__init__(self, props)
@@ -81,15 +82,38 @@ class Reflection(mi.BSDF):
         fresnel = self.specular + (1 - self.specular) * (1 - dr.minimum(across, 1)) ** 5
         return diffuse + fresnel * (distribution * grooves / (4 * light.z * eye.z))
 
+    def density(self, light, eye):
+        if self.exponent > 0:
+            cosine = dr.dot(light, mi.Vector3f(-eye.x, -eye.y, eye.z))
+            gloss = (self.exponent + 1) / (2 * math.pi) * dr.power(dr.maximum(cosine, 0), self.exponent)
+        else:
+            half = dr.normalize(light + eye)
+            squared, m2 = half.z * half.z, self.roughness * self.roughness
+            gloss = dr.exp((squared - 1) / (squared * m2)) / (math.pi * m2 * squared * half.z) / (4 * dr.dot(half, eye))
+        return 0.5 * (mi.warp.square_to_cosine_hemisphere_pdf(light) + gloss)
+
     def sample(self, ctx, si, sample1, sample2, active):
+        eye = si.wi
+        sine, cosine = dr.sincos(2 * math.pi * sample2.y)
+        if self.exponent > 0:
+            z = dr.power(1 - sample2.x, 1 / (self.exponent + 1))
+            across = dr.sqrt(dr.maximum(1 - z * z, 0))
+            lobe = mi.Vector3f(across * cosine, across * sine, z)
+            gloss = mi.Frame3f(mi.Vector3f(-eye.x, -eye.y, eye.z)).to_world(lobe)
+        else:
+            z = dr.rsqrt(1 - self.roughness * self.roughness * dr.log(1 - sample2.x))
+            across = dr.sqrt(dr.maximum(1 - z * z, 0))
+            half = mi.Vector3f(across * cosine, across * sine, z)
+            gloss = 2 * dr.dot(eye, half) * half - eye
         bs = dr.zeros(mi.BSDFSample3f)
-        bs.wo = mi.warp.square_to_cosine_hemisphere(sample2)
-        bs.pdf = mi.warp.square_to_cosine_hemisphere_pdf(bs.wo)
+        bs.wo = dr.select(sample1 < 0.5, gloss, mi.warp.square_to_cosine_hemisphere(sample2))
         bs.eta = 1.0
         bs.sampled_type = +mi.BSDFFlags.GlossyReflection
         bs.sampled_component = 0
-        active &= (mi.Frame3f.cos_theta(si.wi) > 0) & (bs.pdf > 0)
-        weight = self.value(bs.wo, si.wi) * math.pi
+        active &= (mi.Frame3f.cos_theta(eye) > 0) & (mi.Frame3f.cos_theta(bs.wo) > 0)
+        bs.pdf = dr.select(active, self.density(bs.wo, eye), 0)
+        active &= bs.pdf > 0
+        weight = self.value(bs.wo, eye) * (mi.Frame3f.cos_theta(bs.wo) / bs.pdf)
         return bs, dr.select(active, weight, 0)
 
     def eval(self, ctx, si, wo, active):
@@ -98,7 +122,7 @@ class Reflection(mi.BSDF):
 
     def pdf(self, ctx, si, wo, active):
         active &= (mi.Frame3f.cos_theta(si.wi) > 0) & (mi.Frame3f.cos_theta(wo) > 0)
-        return dr.select(active, mi.warp.square_to_cosine_hemisphere_pdf(wo), 0)
+        return dr.select(active, self.density(wo, si.wi), 0)
 
     def eval_pdf(self, ctx, si, wo, active):
         return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)

@@ -2,7 +2,7 @@
 # Radiance by bitlight's truth and by Mitsuba 3, side by side, as a table in Markdown; writes the tables of Mitsuba's that
 # tests/peers_mitsuba.rs reads:
 #
-#   tests/peers/mitsuba/run.sh >tests/peers/mitsuba/result.md
+#   tests/peers/mitsuba/run.sh [SCENE...] >tests/peers/mitsuba/result.md
 #
 # tests/peers/README.md says what to install.
 set -euo pipefail
@@ -18,4 +18,4 @@ value() { awk -F '[[:space:]]*: ' -v key="$1" '$1 == key && !found { print $2; f
 echo "Measured on $(date -u +%F), on $(value "model name") (family $(value "cpu family"), model $(value model)) with" \
   "$(nproc) cores, by \`tests/peers/mitsuba/run.sh\`."
 echo
-"${CARGO_TARGET_DIR:-target}/release/examples/mitsuba" "$folder"
+"${CARGO_TARGET_DIR:-target}/release/examples/mitsuba" "$folder" "$@"
