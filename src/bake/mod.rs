@@ -30,6 +30,7 @@ mod matrix;
 mod project;
 mod scatter;
 mod single;
+pub mod store;
 mod triple;
 mod visibility;
 
