@@ -17,6 +17,7 @@ pub mod scene;
 pub mod sphere;
 pub mod techniques;
 pub mod trace;
+pub mod truth;
 pub mod world;
 
 pub use error::Error;

@@ -1,5 +1,9 @@
 //! From a scene to its passes: the one place that knows every technique.
 
+pub mod truth;
+
+pub use truth::{TRUTH, Truth};
+
 use crate::Error;
 use crate::numeric::double;
 use crate::pass::{Axis, Buffer, Info, Kept, Pass, Recorder, closure, execute};

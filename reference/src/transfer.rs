@@ -148,26 +148,40 @@ fn met(mesh: &Vertices, vertex: usize, direction: Vec3, of: impl Fn(usize) -> f6
     }
 }
 
-/// The transfer of singly scattered light to an exit at `cosine` from a half-space under any light (Jensen et al. 2001,
-/// Eq. 6, whose integral over the depth is elementary there), isotropic scattering, normal +z:
-/// (σ_s/σ_t) F_t(o) ∫ F_t(ω) / 4π / (1 + μ'_o/μ'_i) y(ω) dω, with μ' the cosines inside.
+/// The transfer of singly scattered light to an exit at `cosine` from a slab of that `thickness` under any light, normal +z,
+/// isotropic scattering (Jensen et al. 2001, Eq. 6, whose integral along the exit's refracted ray is elementary there):
+/// σ_s F_t(o) ∫ F_t(ω) / 4π D(ω) y(ω) dω. With μ' the cosines inside and S = thickness / μ'_o, light from above has
+/// D = ∫₀^S e^(−σ_t s (1 + μ'_o/μ'_i)) ds, light from below e^(−σ_t thickness/μ'_i) ∫₀^S e^(−σ_t s (1 − μ'_o/μ'_i)) ds. A half-space
+/// is infinitely thick.
 ///
 /// σ_s is the medium's σ'_s: isotropic scattering has no other.
-pub fn half_space_single_scattering(
+pub fn slab_single_scattering(
     medium: &Medium,
+    thickness: f64,
     transmittance: impl Fn(f64) -> f64,
     cosine: f64,
     bands: u32,
     rule: &Rule,
 ) -> Vec<f64> {
     let inside = |c: f64| (1.0 - (1.0 - c * c) / (medium.eta * medium.eta)).sqrt();
-    let albedo = medium.sigma_s_prime / (medium.sigma_s_prime + medium.sigma_a);
+    let extinction = medium.sigma_s_prime + medium.sigma_a;
+    let along = thickness / inside(cosine);
     integrate((bands * bands) as usize, rule, |direction| {
-        if direction[2] <= 0.0 {
-            return vec![0.0; (bands * bands) as usize];
-        }
-        let depth = 1.0 / (1.0 + inside(cosine) / inside(direction[2]));
-        let factor = albedo * transmittance(cosine) * transmittance(direction[2]) / (4.0 * PI) * depth;
+        let arriving = direction[2].abs();
+        let ratio = inside(cosine) / inside(arriving);
+        let depth = if direction[2] > 0.0 {
+            let rate = extinction * (1.0 + ratio);
+            (1.0 - libm::exp(-rate * along)) / rate
+        } else if thickness.is_finite() {
+            let rate = extinction * (1.0 - ratio);
+            // 1 − e^(−x) over x, at x = 0 its limit
+            let mean = if rate == 0.0 { along } else { -libm::expm1(-rate * along) / rate };
+            libm::exp(-extinction * thickness / inside(arriving)) * mean
+        } else {
+            0.0
+        };
+        let factor =
+            medium.sigma_s_prime * transmittance(cosine) * transmittance(arriving) / (4.0 * PI) * depth;
         sh::eval(bands, direction).iter().map(|y| factor * y).collect()
     })
 }

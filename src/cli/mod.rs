@@ -15,6 +15,7 @@ mod progress;
 mod render;
 mod sh;
 mod sheet;
+mod truth;
 mod verify;
 
 use crate::Error;
@@ -48,6 +49,8 @@ enum Command {
     Verify(verify::Arguments),
     /// Make what a scene now renders its golden, and record why
     Bless(bless::Arguments),
+    /// Estimate a scene's light without the technique's approximations, with its variance; goes on where it stopped
+    Truth(truth::Arguments),
     /// Compare two dumps pass by pass: how far they differ, where first, and which pass diverges first
     Diff(diff::Arguments),
     /// Put images of EXR files side by side into one picture, with their difference if that is asked for
@@ -88,6 +91,7 @@ pub fn main() -> ExitCode {
         Command::Bake(arguments) => arguments.run(),
         Command::Verify(arguments) => arguments.run(),
         Command::Bless(arguments) => arguments.run(),
+        Command::Truth(arguments) => arguments.run(),
         Command::Diff(arguments) => arguments.run(),
         Command::Join(arguments) => arguments.run(),
         Command::Export(arguments) => arguments.run(),

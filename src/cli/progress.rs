@@ -23,6 +23,29 @@ impl Progress {
         Self { begun: Instant::now(), bar, shown: false }
     }
 
+    /// A bar of an estimate: of its samples, or of its time where that alone ends it; with the time left.
+    pub(super) fn estimate(samples: Option<u64>, seconds: Option<f64>) -> Self {
+        let bar = ProgressBar::hidden();
+        bar.set_length(samples.unwrap_or(seconds.unwrap_or_default() as u64));
+        let unit = if samples.is_some() { "samples" } else { "s" };
+        let style = ProgressStyle::with_template(&format!(
+            "{{bar:30}} {{pos}}/{{len}} {unit} {{msg}} {{elapsed}}, {{eta}} left"
+        ));
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        Self { begun: Instant::now(), bar, shown: false }
+    }
+
+    /// Says how far an estimate is. The first call sets what the time left is counted from.
+    pub(super) fn at(&mut self, samples: u64, seconds: f64, by_samples: bool) {
+        let position = if by_samples { samples } else { seconds as u64 };
+        if seconds < 1e-3 {
+            self.bar.set_position(position);
+            self.bar.reset_eta();
+        }
+        self.say("");
+        self.bar.set_position(position);
+    }
+
     /// Says what is being done now.
     pub(super) fn say(&mut self, what: &str) {
         self.bar.set_message(what.to_owned());

@@ -15,6 +15,16 @@ pub fn unit_or_zero(vector: Vec3) -> Vec3 {
     if shrunk.is_finite() & (shrunk > 0.0) { vector * shrunk } else { Vec3::ZERO }
 }
 
+/// Two unit vectors that make a right-handed orthonormal frame with the unit vector `z`, which is its third (Duff et
+/// al. 2017).
+#[inline(always)]
+pub fn frame(z: Vec3) -> [Vec3; 2] {
+    let sign = if z.z < 0.0 { -1.0 } else { 1.0 };
+    let a = -1.0 / (sign + z.z);
+    let b = z.x * z.y * a;
+    [Vec3::new(1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x), Vec3::new(b, sign + z.y * z.y * a, -z.y)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -30,5 +40,16 @@ mod tests {
             assert_eq!(length(v).to_bits(), v.length().to_bits());
         }
         assert_eq!(unit_or_zero(Vec3::ZERO), Vec3::ZERO);
+    }
+
+    #[test]
+    fn frames_are_orthonormal_and_right_handed() {
+        for i in 0..10_000 {
+            let z = unit_or_zero(Vec3::from_array([0, 1, 2].map(|k| unit(4, i, k, 0) * 2.0 - 1.0)));
+            for z in [z, Vec3::Z, Vec3::NEG_Z, Vec3::X] {
+                let [x, y] = frame(z);
+                assert!((x.cross(y) - z).length() < 3e-6 && (x.length() - 1.0).abs() < 3e-6, "{z}");
+            }
+        }
     }
 }

@@ -43,7 +43,7 @@ impl Files {
         let report = json!({"scene": scene.to_string_lossy(), "settings": settings, "passes": self.passes()});
         let name = |ending: &str| format!("{}.{ending}", self.name);
         let batch = &mut self.batch;
-        if let Some((_, picture)) = self.kept.iter().find(|(info, _)| info.name.ends_with(".final")) {
+        if let Some((_, picture)) = self.kept.iter().find(|(info, _)| is_picture(info)) {
             batch.write(name("png"), |path| preview(path, picture, exposure))?;
         }
         if !images.is_empty() {
@@ -58,11 +58,8 @@ impl Files {
 
     /// The image passes, `final` first: viewers show a file's first part.
     fn images(&self) -> impl Iterator<Item = &(Info, Buffer)> {
-        let (last, others): (Vec<_>, Vec<_>) = self
-            .kept
-            .iter()
-            .filter(|(info, _)| info.is_image())
-            .partition(|(info, _)| info.name.ends_with(".final"));
+        let (last, others): (Vec<_>, Vec<_>) =
+            self.kept.iter().filter(|(info, _)| info.is_image()).partition(|(info, _)| is_picture(info));
         last.into_iter().chain(others)
     }
 
@@ -100,6 +97,11 @@ impl Recorder for Files {
         }
         Ok(())
     }
+}
+
+/// Whether a pass makes the picture.
+fn is_picture(info: &Info) -> bool {
+    info.name.ends_with(".final") || info.name == "truth.mean"
 }
 
 /// Writes an RGB image for eyes.

@@ -526,7 +526,7 @@ pub const KEYS: &[Key] = &[
         Kind::Whole(0.0, 10_000.0),
         None,
         "8",
-        "The most bounces or scatterings of a path of the ground truth; without a limit if absent.",
+        "The most reflections between points of the solid before the one to the eye, as prt.bounces; no limit if absent.",
     ),
     key(
         "truth",
@@ -535,6 +535,14 @@ pub const KEYS: &[Key] = &[
         Some("0"),
         "",
         "Mean cosine of the scattering angle in the medium of the ground truth.",
+    ),
+    key(
+        "truth",
+        "filter",
+        Kind::Choice(&["point", "box"]),
+        Some("\"point\""),
+        "",
+        "Where the ground truth samples a pixel: in its centre, which the passes shade, or all over its area.",
     ),
 ];
 

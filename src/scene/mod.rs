@@ -7,6 +7,7 @@ mod value;
 use crate::Error;
 use crate::bake;
 use crate::techniques::{prt, translucency};
+use crate::truth::Filter;
 use crate::world::brdf::{Brdf, Gloss};
 use crate::world::camera::Camera;
 use crate::world::deform::{Bend, Wave};
@@ -94,10 +95,12 @@ pub struct Truth {
     pub model: Option<Model>,
     /// Bands to which an environment is seen; 0 for the environment itself.
     pub bands: usize,
-    /// The most bounces or scatterings of a path; `None` for no limit.
+    /// The most reflections between points of the solid before the one to the eye; `None` for no limit.
     pub bounces: Option<usize>,
     /// Mean cosine of the scattering angle in the medium.
     pub anisotropy: f32,
+    /// Where in a pixel its samples lie.
+    pub filter: Filter,
 }
 
 /// A model of light transport.
@@ -530,6 +533,10 @@ impl Reader {
             bands: self.whole("truth", "bands"),
             bounces: self.number("truth", "bounces").map(|bounces| bounces as usize),
             anisotropy: self.real("truth", "anisotropy"),
+            filter: match self.text("truth", "filter").as_deref() {
+                Some("box") => Filter::Box,
+                _ => Filter::Point,
+            },
         }
     }
 

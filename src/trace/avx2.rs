@@ -21,7 +21,7 @@ struct Batch {
 #[target_feature(enable = "avx2")]
 pub(super) fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let mut batch = Batch::default();
-    for triangles in bundle.triangles.chunks(LANES) {
+    for triangles in &bundle.triangles {
         let mut left = prepare(triangles, grid, cells, &mut batch);
         while left != 0 {
             let lane = left.trailing_zeros() as usize & (LANES - 1);
@@ -31,13 +31,12 @@ pub(super) fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Ce
     }
 }
 
-/// The coordinates of a corner of eight triangles, the last for those that are missing.
+/// The coordinates of a corner of eight triangles.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn gather(triangles: &[[u32; 3]], corner: usize, sheared: &[[f32; 4]]) -> [__m256; 3] {
+fn gather(triangles: &[[u32; 3]; LANES], corner: usize, sheared: &[[f32; 4]]) -> [__m256; 3] {
     let place = |lane: usize| {
-        let triangle = triangles[if lane < triangles.len() { lane } else { triangles.len() - 1 }];
-        let place: &[f32; 4] = &sheared[triangle[corner] as usize];
+        let place: &[f32; 4] = &sheared[triangles[lane][corner] as usize];
         #[expect(unsafe_code, reason = "a vector of four values")]
         // SAFETY: the array holds the 16 bytes that are read.
         unsafe {
@@ -78,7 +77,7 @@ fn store_whole(to: &mut [i32; LANES], from: __m256i) {
 /// Sets eight triangles up; a bit for each that has points behind it in its cells.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn prepare(triangles: &[[u32; 3]], grid: &Grid, cells: &Cells, batch: &mut Batch) -> u32 {
+fn prepare(triangles: &[[u32; 3]; LANES], grid: &Grid, cells: &Cells, batch: &mut Batch) -> u32 {
     let [a, b, c] = [0, 1, 2].map(|corner| gather(triangles, corner, &cells.sheared));
     let low = [0, 1, 2].map(|axis| _mm256_min_ps(_mm256_min_ps(a[axis], b[axis]), c[axis]));
     let high = [0, 1, 2].map(|axis| _mm256_max_ps(_mm256_max_ps(a[axis], b[axis]), c[axis]));
@@ -122,8 +121,7 @@ fn prepare(triangles: &[[u32; 3]], grid: &Grid, cells: &Cells, batch: &mut Batch
     // SAFETY: the array holds the 32 bytes that are read.
     let fronts = unsafe { _mm256_loadu_ps(fronts.as_ptr()) };
     let before = _mm256_cmp_ps::<_CMP_LE_OQ>(fronts, behind);
-    let kept = _mm256_movemask_ps(_mm256_or_ps(before, _mm256_castsi256_ps(wide))) as u32;
-    kept & ((1 << triangles.len()) - 1)
+    _mm256_movemask_ps(_mm256_or_ps(before, _mm256_castsi256_ps(wide))) as u32
 }
 
 /// Holds one triangle against the points in its cells.

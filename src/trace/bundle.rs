@@ -32,7 +32,7 @@ const RUN: usize = 4;
 pub(super) const SLACK: f32 = 32.0 / 2_097_152.0;
 
 /// Rows of the grid for each square root of a triangle.
-const ROWS: f32 = 0.5;
+const ROWS: f32 = 0.4;
 
 /// Columns of the grid for each square root of a point that looks.
 const COLUMNS: f32 = 3.0;
@@ -77,8 +77,8 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
 pub(super) struct Bundle {
     /// The mesh's vertices, then those points that are none; one list a coordinate.
     places: [Vec<f32>; 3],
-    /// Three vertices a triangle.
-    pub(super) triangles: Vec<[u32; 3]>,
+    /// Three vertices a triangle, eight triangles together; the last stands for those that are missing.
+    pub(super) triangles: Vec<[[u32; 3]; LANES]>,
     /// Of each point its place, its normal, and its index among the points that were given.
     points: Vec<u32>,
     normals: [Vec<f32>; 3],
@@ -154,8 +154,13 @@ impl Bundle {
             a + b + c
         };
         let triangles = order(mesh.triangles.len(), &centroid);
-        let triangles =
-            triangles.into_iter().map(|old| mesh.triangles[old as usize].map(|v| place[v as usize]));
+        let eight = |eight: &[u32]| {
+            std::array::from_fn(|lane| {
+                let old = eight[min(lane, eight.len() - 1)];
+                mesh.triangles[old as usize].map(|corner| place[corner as usize])
+            })
+        };
+        let triangles: Vec<_> = triangles.chunks(LANES).map(eight).collect();
         let mut places: Vec<Vec3> = sorted.iter().map(|old| mesh.positions[*old as usize]).collect();
         let order = order(points.len(), &|point| points[point]);
         let numbers = order.iter().map(|index| {
@@ -172,7 +177,7 @@ impl Bundle {
         };
         Self {
             places: lists(&|index| places[index], places.len()),
-            triangles: triangles.collect(),
+            triangles,
             points: numbers,
             normals: lists(&|index| normals[order[index] as usize], order.len()),
             order,
@@ -294,7 +299,7 @@ pub(super) struct Grid {
 impl Grid {
     /// A grid between the `ends` of the sheared places, whose rows are about as high as triangles if these are alike.
     fn new(bundle: &Bundle, ends: [[f32; 2]; 2], looking: usize) -> Self {
-        let rows = clamp((bundle.triangles.len() as f32).sqrt() * ROWS, 1.0, 2048.0);
+        let rows = clamp(((bundle.triangles.len() * LANES) as f32).sqrt() * ROWS, 1.0, 2048.0);
         let columns = clamp((looking as f32).sqrt() * COLUMNS, 1.0, 2048.0);
         let size = [columns, rows];
         let low = [ends[0][0], ends[1][0]];
@@ -321,25 +326,27 @@ impl Cells {
     fn sort(&mut self, grid: &Grid, bundle: &Bundle) {
         let [columns, rows] = grid.size;
         let blocks = grid.blocks();
-        // A row before the first for the points' second place, which no triangle asks for.
         self.starts.clear();
-        self.starts.resize(columns * (rows + 1) + 2, 0);
+        self.starts.resize(columns * (rows + 2) + 2, 0);
         self.fronts.clear();
-        self.fronts.resize(blocks * (rows + 1) + 1, f32::INFINITY);
-        self.cells.clear();
-        for point in &self.looking {
+        self.fronts.resize(blocks * (rows + 2) + 2, f32::INFINITY);
+        self.cells.resize(self.looking.len(), 0);
+        for (point, to) in self.looking.iter().zip(&mut self.cells) {
             let [x, y, z, _] = self.sheared[bundle.points[*point as usize] as usize];
             let (column, row) = (grid.cell(0, x), grid.cell(1, y));
             let cell = row * columns + column;
-            self.starts[cell + 2] += 1;
             self.starts[cell + columns + 2] += 1;
-            for front in [row * blocks + column / BLOCK_COLUMNS, (row + 1) * blocks + column / BLOCK_COLUMNS]
-            {
-                // As the next block of the one before, and as its own.
-                self.fronts[front] = min(self.fronts[front], z);
-                self.fronts[front + 1] = min(self.fronts[front + 1], z);
-            }
-            self.cells.push(cell as u32);
+            let front = &mut self.fronts[(row + 1) * blocks + column / BLOCK_COLUMNS + 1];
+            *front = min(*front, z);
+            *to = cell as u32;
+        }
+        // What each cell has with the next row's points, and each front with its neighbours'.
+        for at in 0..columns * (rows + 1) {
+            self.starts[at + 2] += self.starts[at + columns + 2];
+        }
+        for at in 0..blocks * (rows + 1) {
+            let [own, next] = [at, at + blocks].map(|at| min(self.fronts[at], self.fronts[at + 1]));
+            self.fronts[at] = min(own, next);
         }
         let mut total = 0;
         for start in &mut self.starts {
@@ -362,8 +369,16 @@ impl Cells {
             list.resize(count + LANES, 0.0);
         }
         lanes.place.resize(count + LANES, 0);
-        for (at, [x, y, z, number]) in self.sorted.iter().enumerate() {
-            (lanes.x[at], lanes.y[at], lanes.z[at], lanes.place[at]) = (*x, *y, *z, number.to_bits());
+        spread(&self.sorted, lanes);
+    }
+}
+
+wide! {
+    /// Makes one list a coordinate.
+    fn spread(sorted: &[[f32; 4]], lanes: &mut Lanes) {
+        let coordinates = lanes.x.iter_mut().zip(&mut lanes.y).zip(&mut lanes.z);
+        for (([x, y, z, number], ((to_x, to_y), to_z)), place) in sorted.iter().zip(coordinates).zip(&mut lanes.place) {
+            (*to_x, *to_y, *to_z, *place) = (*x, *y, *z, number.to_bits());
         }
     }
 }
@@ -372,7 +387,7 @@ impl Cells {
 fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let columns = grid.size[0];
     let Cells { sheared, starts, lanes, .. } = cells;
-    for triangle in &bundle.triangles {
+    for triangle in bundle.triangles.as_flattened() {
         let [a, b, c] = triangle.map(|corner| sheared[corner as usize]);
         let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
         for axis in 0..4 {

@@ -1,7 +1,10 @@
-//! How a surface reflects: diffuse, Phong and Cook-Torrance, in the local frame whose z axis is the normal.
+//! How a surface reflects: diffuse, Phong and Cook-Torrance, in the local frame whose z axis is the normal; and
+//! directions drawn in proportion to that.
 
-use crate::numeric::order::{max, min};
+use crate::numeric::order::{clamp, max, min};
 use crate::numeric::single;
+use crate::numeric::turns::sin_cos;
+use crate::numeric::vector::frame;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -52,9 +55,7 @@ impl Brdf {
             Gloss::CookTorrance { roughness } => {
                 let half = (light + eye).normalize();
                 let across = half.dot(eye); // the angle to the facet's normal is the same for both
-                let squared = half.z * half.z;
-                let slopes = (1.0 - squared) / (squared * roughness * roughness);
-                let distribution = single::exp(-slopes) / (PI * roughness * roughness * squared * squared);
+                let distribution = beckmann(half.z * half.z, roughness);
                 let grooves = min(1.0, 2.0 * half.z * min(eye.z, light.z) / across);
                 let rest = 1.0 - min(across, 1.0);
                 let schlick = rest * rest * rest * rest * rest;
@@ -63,4 +64,77 @@ impl Brdf {
             }
         }
     }
+
+    /// Draws a direction towards the light from three uniform numbers, with the density [`Self::pdf`]; none where it is not
+    /// above the surface.
+    ///
+    /// The diffuse part draws with the cosine, Phong's from its lobe about the mirror direction, and Cook-Torrance's the
+    /// facet's normal from Beckmann's distribution (Walter et al. 2007, Eq. 28 and 29).
+    pub fn sample(&self, eye: Vec3, choice: f32, [u, v]: [f32; 2]) -> Option<Vec3> {
+        let light = match self.gloss {
+            Gloss::Phong { exponent } if choice >= self.diffuse_share() => {
+                let lobe = polar(single::pow(1.0 - u, 1.0 / (exponent + 1.0)), v);
+                let mirror = Vec3::new(-eye.x, -eye.y, eye.z);
+                let [x, y] = frame(mirror);
+                x * lobe.x + y * lobe.y + mirror * lobe.z
+            }
+            Gloss::CookTorrance { roughness } if choice >= self.diffuse_share() => {
+                let slopes = -(roughness * roughness) * single::log(1.0 - u);
+                let half = polar(1.0 / (1.0 + slopes).sqrt(), v);
+                half * (2.0 * half.dot(eye)) - eye
+            }
+            _ => cosine([u, v]),
+        };
+        (light.z > 0.0).then_some(light)
+    }
+
+    /// The density per steradian with which [`Self::sample`] draws `light`.
+    pub fn pdf(&self, light: Vec3, eye: Vec3) -> f32 {
+        if light.z <= 0.0 || eye.z <= 0.0 {
+            return 0.0;
+        }
+        let share = self.diffuse_share();
+        let diffuse = share * (light.z * FRAC_1_PI);
+        match self.gloss {
+            Gloss::None => diffuse,
+            Gloss::Phong { exponent } => {
+                let cosine = eye.dot(Vec3::new(-light.x, -light.y, light.z));
+                let lobe = if cosine > 0.0 { single::pow(cosine, exponent) } else { 0.0 };
+                diffuse + (1.0 - share) * ((exponent + 1.0) * (0.5 * FRAC_1_PI) * lobe)
+            }
+            Gloss::CookTorrance { roughness } => {
+                let half = (light + eye).normalize();
+                diffuse
+                    + (1.0 - share) * (beckmann(half.z * half.z, roughness) * half.z / (4.0 * half.dot(eye)))
+            }
+        }
+    }
+
+    /// The part of the draws that the diffuse part makes: its part of the two colours, at least a tenth, and at most nine
+    /// where there is a highlight (a Cook-Torrance one of no colour still reflects at grazing angles).
+    fn diffuse_share(&self) -> f32 {
+        if self.gloss == Gloss::None {
+            return 1.0;
+        }
+        let (diffuse, specular) = (self.albedo.element_sum(), self.specular.element_sum());
+        clamp(diffuse / max(diffuse + specular, f32::MIN_POSITIVE), 0.1, 0.9)
+    }
+}
+
+/// A direction with density cos θ / π from two uniform numbers.
+pub fn cosine([u, v]: [f32; 2]) -> Vec3 {
+    polar((1.0 - u).sqrt(), v)
+}
+
+/// The unit vector at a cosine to z, `turns` around it.
+pub fn polar(cosine: f32, turns: f32) -> Vec3 {
+    let sine = max(1.0 - cosine * cosine, 0.0).sqrt();
+    let (s, c) = sin_cos(f64::from(turns));
+    Vec3::new(sine * c as f32, sine * s as f32, cosine)
+}
+
+/// Beckmann's distribution of facets at the squared cosine to the normal.
+fn beckmann(squared: f32, roughness: f32) -> f32 {
+    let slopes = (1.0 - squared) / (squared * roughness * roughness);
+    single::exp(-slopes) / (PI * roughness * roughness * squared * squared)
 }

@@ -1,5 +1,6 @@
 //! `bake/` against closed forms, against itself by other routes, and against the reference crate.
 #![allow(clippy::disallowed_methods, reason = "an oracle may use the standard library")]
+#![allow(clippy::print_stdout, reason = "figures beside what is asserted of them")]
 
 mod bounces;
 mod matrices;

@@ -34,7 +34,7 @@ fn to_local(frame: [[f64; 3]; 3], d: [f64; 3]) -> [f64; 3] {
 #[test]
 fn frames_are_right_handed_with_the_normal_last() {
     for normal in NORMALS {
-        let [t, b, n] = frame(Vec3::from_array(normal)).map(|row| glam::DVec3::from_array(row));
+        let [t, b, n] = frame(Vec3::from_array(normal)).map(glam::DVec3::from_array);
         assert!((t.cross(b) - n).length() < 1e-14 && (t.length() - 1.0).abs() < 1e-14, "{normal:?}");
         assert!((n - Vec3::from_array(normal).as_dvec3()).length() < 1e-6);
     }

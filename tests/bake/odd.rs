@@ -13,8 +13,11 @@ use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
 use glam::Vec3;
 
+/// A name, items a vertex, and the items.
+type Result = (&'static str, usize, Vec<f32>);
+
 /// Everything that a bake gives for a mesh, each with its items a vertex.
-fn all(mesh: &Mesh) -> (Visibility, Meetings, Vec<(&'static str, usize, Vec<f32>)>) {
+fn all(mesh: &Mesh) -> (Visibility, Meetings, Vec<Result>) {
     let directions = Directions::new(100);
     let bvh = Bvh::new(mesh);
     let seen = visibility(mesh, &directions);

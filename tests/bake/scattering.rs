@@ -77,49 +77,84 @@ fn constant_light_enters_as_the_mean_transmittance_says() {
     }
 }
 
+/// A sheet so large that no ray from its middle vertex, the first, passes it.
+fn sheet(height: f32, up: bool) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let far = 1e5;
+    let corners = [[0.0, 0.0], [far, far], [-far, far], [-far, -far], [far, -far]];
+    let triangles = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
+    let turn = |[a, b, c]: [u32; 3]| if up { [a, b, c] } else { [a, c, b] };
+    (corners.map(|[x, y]| Vec3::new(x, y, height)).to_vec(), triangles.map(turn).to_vec())
+}
+
+/// Two sheets.
+fn sheets(
+    (mut positions, mut triangles): (Vec<Vec3>, Vec<[u32; 3]>),
+    other: (Vec<Vec3>, Vec<[u32; 3]>),
+) -> Mesh {
+    positions.extend(other.0);
+    triangles.extend(other.1.iter().map(|t| t.map(|corner| corner + 5)));
+    Mesh::new(positions, None, triangles).unwrap()
+}
+
 #[test]
-fn single_scattering_in_a_half_space_is_the_closed_form() {
+fn single_scattering_in_slabs_is_the_closed_form() {
     let skin = material("Skin1").unwrap();
     let medium = Medium::new(SKIN.0, SKIN.1, 1.3, 1.0);
-    // A vertex in the middle of a sheet so large that no ray passes it.
-    let far = 1e5;
-    let corners = [[far, far], [-far, far], [-far, -far], [far, -far]].map(|[x, y]| Vec3::new(x, y, 0.0));
-    let positions = [&[Vec3::ZERO], &corners[..]].concat();
-    let mesh = Mesh::new(positions, None, vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]]).unwrap();
-    let (bvh, directions) = (Bvh::new(&mesh), Directions::new(4096));
+    let directions = Directions::new(4096);
     let scattering = SingleScattering { anisotropy: 0.0, points: 8 };
-    for exit in [Vec3::Z, Vec3::new(0.8, 0.0, 0.6), Vec3::new(0.0, -0.98, 0.199)] {
-        let exit = exit.normalize();
-        let exits = vec![exit; 5];
-        let found = single_scattering(&mesh, &bvh, &directions, &medium, scattering, 3, &exits);
-        let mut rule = Vec::new();
-        for (node, weight) in gauss_legendre(32) {
-            let z: f64 = 0.5 * (node + 1.0);
-            let across = (1.0 - z * z).sqrt();
-            for azimuth in 0..8 {
-                let phi = 2.0 * PI * f64::from(azimuth) / 8.0;
-                rule.push(([across * phi.cos(), across * phi.sin(), z], 0.5 * weight * 2.0 * PI / 8.0));
+    let (half_space, slab) = (sheet(0.0, true), sheets(sheet(0.0, true), sheet(-0.7, false)));
+    let half_space = Mesh::new(half_space.0, None, half_space.1).unwrap();
+    for (mesh, thickness) in [(half_space, f64::INFINITY), (slab, 0.7)] {
+        let bvh = Bvh::new(&mesh);
+        for exit in [Vec3::Z, Vec3::new(0.8, 0.0, 0.6), Vec3::new(0.0, -0.98, 0.199)] {
+            let exit = exit.normalize();
+            let exits = vec![exit; mesh.positions.len()];
+            let found = single_scattering(&mesh, &bvh, &directions, &medium, scattering, 3, &exits);
+            let mut rule = Vec::new();
+            for (node, weight) in gauss_legendre(32) {
+                let z: f64 = 0.5 * (node + 1.0);
+                let across = (1.0 - z * z).sqrt();
+                for azimuth in 0..8 {
+                    let phi = 2.0 * PI * f64::from(azimuth) / 8.0;
+                    for z in [z, -z] {
+                        let direction = [across * phi.cos(), across * phi.sin(), z];
+                        rule.push((direction, 0.5 * weight * 2.0 * PI / 8.0));
+                    }
+                }
             }
-        }
-        for channel in 0..3 {
-            let transmittance = |cosine: f64| f64::from(medium.transmittance(cosine as f32));
-            let exact = transfer::half_space_single_scattering(
-                &skin.medium(channel),
-                transmittance,
-                f64::from(exit.z),
-                3,
-                &rule,
-            );
-            for (i, exact) in exact.iter().enumerate() {
-                let found = f64::from(found[i * 3 + channel]);
-                assert!(
-                    (found - exact).abs() < 1e-4,
-                    "exit {exit}, channel {channel}, {i}: {found} and {exact}"
+            for channel in 0..3 {
+                let exact = transfer::slab_single_scattering(
+                    &skin.medium(channel),
+                    thickness,
+                    |cosine| f64::from(medium.transmittance(cosine as f32)),
+                    f64::from(exit.z),
+                    3,
+                    &rule,
                 );
+                for (i, exact) in exact.iter().enumerate() {
+                    let found = f64::from(found[i * 3 + channel]);
+                    let what = format!("thickness {thickness}, exit {exit}, channel {channel}, {i}");
+                    assert!((found - exact).abs() < 1e-4, "{what}: {found} and {exact}");
+                }
             }
+            assert!(found[0] > 0.01, "something leaves: {}", found[0]);
         }
-        assert!(found[0] > 0.02, "something leaves: {}", found[0]);
     }
+}
+
+/// A sheet above the half-space, far enough for the step off the surface, keeps all light from it.
+#[test]
+fn what_stands_outside_shadows_single_scattering() {
+    let medium = Medium::new(SKIN.0, SKIN.1, 1.3, 1.0);
+    let mesh = sheets(sheet(0.0, true), sheet(1000.0, true));
+    let scattering = SingleScattering { anisotropy: 0.0, points: 4 };
+    let exits = vec![Vec3::Z; 10];
+    let found =
+        single_scattering(&mesh, &Bvh::new(&mesh), &Directions::new(256), &medium, scattering, 2, &exits);
+    // The middle of the lower sheet; the upper one is itself open to the sky.
+    let lit: f32 = found[60..72].iter().map(|x| x.abs()).sum();
+    let shadowed: f32 = found[..12].iter().map(|x| x.abs()).sum();
+    assert!(lit > 0.01 && shadowed < 1e-3 * lit, "{shadowed} and {lit}");
 }
 
 /// What forward scattering takes from light that comes from behind the eye it gives to light that comes against it.

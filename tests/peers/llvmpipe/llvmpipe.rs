@@ -6,6 +6,8 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program talks to its terminal")]
 
+#[path = "../peer.rs"]
+mod peer;
 #[path = "../../../benches/workload.rs"]
 mod workload;
 
@@ -15,12 +17,10 @@ use bitlight::run::keep_memory;
 use bitlight::scene::Assets;
 use bitlight::techniques::translucency::{Frame, PASSES};
 use glam::Vec3;
+use peer::{Peer, floats, measure, medians, words};
 use std::error::Error;
 use std::fs;
-use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
 use workload::{BUNNY, GBUFFER, Nothing, Workload};
 
 /// Turns that each takes, and frames of a turn.
@@ -41,8 +41,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut rows = String::new();
     for (pool, threads) in workload::pools().iter().zip(workload::THREADS) {
+        let mut command = Command::new(&program);
+        command.arg(&mesh).envs([("LIBGL_ALWAYS_SOFTWARE", "1"), ("GALLIUM_DRIVER", "llvmpipe")]);
         // Its threads are beside the caller's, which waits for them: none is one.
-        let mut peer = Peer::start(&program, &mesh, if threads > 1 { threads } else { 0 })?;
+        command.env("LP_NUM_THREADS", if threads > 1 { threads } else { 0 }.to_string());
+        let mut peer = Peer::start(&mut command, "llvmpipe")?;
+        peer.ask("1")?;
         if threads == 1 {
             println!("Peer: {}\n", peer.name);
             peer.ask(&image.display().to_string())?;
@@ -50,11 +54,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let [mut ours, mut theirs] = [vec![], vec![]];
         for _ in 0..=TURNS {
-            theirs.push(measure(peer.process.id(), || peer.ask(&FRAMES.to_string()))?);
+            theirs.push(peer.measure(&FRAMES.to_string())?);
             let render = || (0..FRAMES).try_for_each(|_| execute(&PASSES, &frame, &[GBUFFER], &mut Nothing));
             ours.push(measure(std::process::id(), || Ok(pool.install(render)?))?);
         }
-        let [ours, theirs] = [ours, theirs].map(medians);
+        // Milliseconds a frame, by all turns but the first.
+        let [ours, theirs] =
+            [ours, theirs].map(|turns| medians(&turns[1..]).map(|time| time * 1e3 / FRAMES as f64));
         rows += &format!(
             "| {threads} | {:.1} | {:.1} | {:.2} | {:.1} | {:.1} | {:.2} |\n",
             ours[0],
@@ -78,91 +84,11 @@ fn bytes(frame: &Frame) -> Vec<u8> {
     let (solid, view) = (&frame.solid, &frame.view);
     let counts = [view.width, view.height, solid.positions.len(), solid.triangles.len()];
     let vertices = solid.positions.iter().zip(&solid.normals).flat_map(|(p, n)| [*p, *n]);
-    let floats = view.clip_from_world.into_iter().flatten().chain(vertices.flat_map(|v| v.to_array()));
-    let mut bytes: Vec<u8> = counts.iter().flat_map(|count| (*count as u32).to_ne_bytes()).collect();
-    bytes.extend(floats.flat_map(f32::to_ne_bytes));
-    bytes.extend(solid.triangles.iter().flatten().flat_map(|corner| corner.to_ne_bytes()));
+    let values = view.clip_from_world.into_iter().flatten().chain(vertices.flat_map(|v| v.to_array()));
+    let mut bytes = words(counts.map(|count| count as u32));
+    bytes.extend(floats(values));
+    bytes.extend(words(solid.triangles.iter().flatten().copied()));
     bytes
-}
-
-/// The peer's process.
-struct Peer {
-    process: Child,
-    input: ChildStdin,
-    output: BufReader<ChildStdout>,
-    name: String,
-}
-
-impl Peer {
-    fn start(program: &str, mesh: &Path, threads: usize) -> Result<Self, Box<dyn Error>> {
-        let mut process = Command::new(program)
-            .arg(mesh)
-            .envs([("LIBGL_ALWAYS_SOFTWARE", "1"), ("GALLIUM_DRIVER", "llvmpipe")])
-            .env("LP_NUM_THREADS", threads.to_string())
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()?;
-        let input = process.stdin.take().ok_or("no input")?;
-        let output = BufReader::new(process.stdout.take().ok_or("no output")?);
-        let mut peer = Self { process, input, output, name: String::new() };
-        peer.name = peer.answer()?;
-        if !peer.name.starts_with("llvmpipe") {
-            return Err(format!("the peer is {}, not llvmpipe", peer.name).into());
-        }
-        peer.ask("1")?;
-        Ok(peer)
-    }
-
-    fn answer(&mut self) -> Result<String, Box<dyn Error>> {
-        let mut line = String::new();
-        match self.output.read_line(&mut line)? {
-            0 => Err("the peer has ended".into()),
-            _ => Ok(line.trim().into()),
-        }
-    }
-
-    fn ask(&mut self, what: &str) -> Result<(), Box<dyn Error>> {
-        writeln!(self.input, "{what}")?;
-        self.answer().map(drop)
-    }
-}
-
-impl Drop for Peer {
-    fn drop(&mut self) {
-        // It only ever waits for the next line; that it has ended already is no matter.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-/// CPU time and time of what a process does meanwhile.
-fn measure(
-    process: u32,
-    work: impl FnOnce() -> Result<(), Box<dyn Error>>,
-) -> Result<[Duration; 2], Box<dyn Error>> {
-    let (used, begun) = (cpu_time(process)?, Instant::now());
-    work()?;
-    let passed = begun.elapsed();
-    Ok([cpu_time(process)? - used, passed])
-}
-
-/// CPU time of all threads that a process has, in user and system mode.
-fn cpu_time(process: u32) -> Result<Duration, Box<dyn Error>> {
-    let mut total = 0;
-    for thread in fs::read_dir(format!("/proc/{process}/task"))? {
-        let text = fs::read_to_string(thread?.path().join("schedstat"))?;
-        total += text.split(' ').next().ok_or("an empty schedstat")?.parse::<u64>()?;
-    }
-    Ok(Duration::from_nanos(total))
-}
-
-/// Medians over the turns but the first, in milliseconds a frame.
-fn medians(turns: Vec<[Duration; 2]>) -> [f64; 2] {
-    [0, 1].map(|which| {
-        let mut times: Vec<_> = turns[1..].iter().map(|turn| turn[which]).collect();
-        times.sort();
-        times[times.len() / 2].as_secs_f64() * 1e3 / FRAMES as f64
-    })
 }
 
 /// How far the peer's image agrees with ours, in words.

@@ -1,0 +1,188 @@
+//! From a scene to its ground truth.
+
+use super::{Loaded, MAX_MEMORY};
+use crate::Error;
+use crate::numeric::order::max;
+use crate::pass::{Axis, Buffer, Info, RGB};
+use crate::scene::{Assets, Model, Scene, Source, Technique};
+use crate::sphere::environment::{Environment, Form};
+use crate::truth::{self, Caster, Identity, Lights, Map, Normals, Sums, Volume};
+use crate::world::brdf::Brdf;
+use serde_json::json;
+
+/// Mean and variance, in this order: what a ground truth hands to recorders, as passes do.
+pub const TRUTH: [Info; 2] = [
+    Info {
+        name: "truth.mean",
+        equation: "-",
+        about: "radiance by Monte Carlo, without a technique's approximations",
+        inputs: &[],
+        axes: &[Axis::Row, Axis::Column, RGB],
+        unit: "radiance",
+    },
+    Info {
+        name: "truth.variance",
+        equation: "-",
+        about: "variance of that mean: the unbiased variance of a pixel's samples over their number",
+        inputs: &[],
+        axes: &[Axis::Row, Axis::Column, RGB],
+        unit: "squared radiance",
+    },
+];
+
+/// A scene's ground truth as far as it has come.
+#[derive(Debug, Clone)]
+pub struct Truth {
+    /// What light travels through.
+    pub scene: truth::Scene,
+    /// Who looks.
+    pub view: truth::View,
+    /// Of what the sums are.
+    pub identity: Identity,
+    /// A pixel's sums, row by row from the top left.
+    pub sums: Sums,
+}
+
+impl Truth {
+    /// Loads what a scene names and prepares its ground truth: by the model of `truth.model`, or where that is absent
+    /// reflection for prt, and the dipole, which is what the paper approximates, for translucency.
+    ///
+    /// # Errors
+    /// A missing or unusable asset, more than [`MAX_MEMORY`] for the sums, and what the model cannot find.
+    pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, Error> {
+        let count = scene.size[0] * scene.size[1];
+        // The sums twice, as they are written, and the two buffers.
+        if count as u64 * (2 * 48 + 2 * 12) > MAX_MEMORY {
+            return Err(scene.place(
+                Error::new("needs more than 8 GiB for the sums of its pixels")
+                    .key("image.width")
+                    .remedy("make image.width and image.height smaller"),
+            ));
+        }
+        let loaded = Loaded::new(scene, assets, &[])?;
+        let prepared = Self::scene(scene, &loaded).map_err(|error| scene.place(error))?;
+        let view = truth::View {
+            camera: scene.camera,
+            size: scene.size,
+            background: scene.background,
+            filter: scene.truth.filter,
+        };
+        let identity = Identity { settings: settings(scene), data: prepared.digest() };
+        Ok(Self { scene: prepared, view, identity, sums: Sums::new(count) })
+    }
+
+    fn scene(scene: &Scene, loaded: &Loaded) -> Result<truth::Scene, Error> {
+        let model = match model(scene) {
+            Model::Surface => surface(scene.surface, scene.truth.bounces),
+            other => {
+                if scene.truth.bounces.is_some() {
+                    return Err(Error::new("counts reflections between surfaces, which this model has not")
+                        .key("truth.bounces")
+                        .remedy("leave it out, or set truth.model to \"surface\""));
+                }
+                match other {
+                    Model::Medium => truth::Model::Medium(Volume::new(&scene.medium, scene.truth.anisotropy)),
+                    _ => truth::Model::Dipole { medium: scene.medium, normals: Normals::Interpolated },
+                }
+            }
+        };
+        let prepared = truth::Scene::new(loaded.solid(scene)?, model, loaded.lights(scene));
+        let casting = scene.lights.iter().position(|light| !matches!(light, Source::Environment { .. }));
+        prepared
+            .check()
+            .map_err(|error| error.key(format!("light[{}].kind", casting.unwrap_or_default())))?;
+        Ok(prepared)
+    }
+
+    /// Adds samples until each pixel has `samples`.
+    pub fn advance(&mut self, samples: u64) {
+        let (scene, view) = (&self.scene, &self.view);
+        self.sums.advance(samples, |pixel, random| scene.pixel(view, pixel, random));
+    }
+
+    /// The buffers of [`TRUTH`]; of fewer than two samples the variance is 0.
+    pub fn buffers(&self) -> [Buffer; 2] {
+        let [width, height] = self.view.size;
+        let image = |pixel: &dyn Fn(usize) -> [f64; 3]| {
+            let values = (0..width * height).flat_map(|index| pixel(index).map(|value| value as f32));
+            Buffer::f32(&[height, width, 3], values.collect())
+        };
+        let enough = self.sums.samples > 1;
+        [
+            image(&|pixel| self.sums.mean(pixel)),
+            image(&|pixel| if enough { self.sums.variance(pixel) } else { [0.0; 3] }),
+        ]
+    }
+}
+
+impl Loaded {
+    /// The lights of the scene that this was loaded for, as the ground truth sees them: environments as they are, or with
+    /// the bands of `truth.bands`.
+    pub fn lights(&self, scene: &Scene) -> Lights {
+        let mut lights = Lights { draw: true, ..Lights::default() };
+        for (index, source) in scene.lights.iter().enumerate() {
+            match *source {
+                Source::Point { position, intensity } => {
+                    lights.casters.push(Caster::Point { position, intensity });
+                }
+                Source::Directional { direction, irradiance } => {
+                    lights.casters.push(Caster::Directional { direction, irradiance });
+                }
+                Source::Environment { .. } => {
+                    let seen = self.environment(index).map(|all| environment(all, scene.truth.bands));
+                    lights.environments.extend(seen);
+                }
+            }
+        }
+        lights
+    }
+}
+
+/// An environment as it is (0 bands), or projected.
+fn environment(all: &Environment, bands: usize) -> truth::Environment {
+    let harmonics =
+        |bands: usize| truth::Environment::Harmonics { bands, coefficients: all.coefficients(bands) };
+    match &all.form {
+        Form::Constant(colour) => truth::Environment::Constant(*colour * all.scale),
+        Form::Probe(_) if bands == 0 => harmonics(3),
+        Form::Map(map) if bands == 0 => truth::Environment::Map(Map::new(map.clone(), all.scale)),
+        _ => harmonics(bands),
+    }
+}
+
+/// The surface model; `bounces` are those between points of the solid, as `prt.bounces` counts, without the reflection to
+/// the eye.
+pub fn surface(brdf: Brdf, bounces: Option<usize>) -> truth::Model {
+    let bounces = bounces.map(|between| between as u32 + 1);
+    truth::Model::Surface { brdf, bounces, normals: Normals::Interpolated }
+}
+
+fn model(scene: &Scene) -> Model {
+    scene.truth.model.unwrap_or(match scene.technique {
+        Technique::Prt => Model::Surface,
+        Technique::Translucency => Model::Dipole,
+    })
+}
+
+/// The settings on which samples depend: not those of the techniques' own knobs, nor of the preview.
+fn settings(scene: &Scene) -> serde_json::Map<String, serde_json::Value> {
+    let technique = format!("{}.", scene.technique.name());
+    let matters = |key: &str| {
+        !key.starts_with(&technique) && !["technique", "image.exposure", "frame_rate"].contains(&key)
+    };
+    let all = scene.settings.iter().filter(|(key, _)| matters(key));
+    let mut settings: serde_json::Map<_, _> = all.map(|(key, value)| (key.clone(), value.clone())).collect();
+    let truth = &scene.truth;
+    settings.insert("truth.model".into(), json!(format!("{:?}", model(scene)).to_lowercase()));
+    settings.insert("truth.bands".into(), json!(truth.bands));
+    settings.insert("truth.bounces".into(), json!(truth.bounces));
+    settings.insert("truth.anisotropy".into(), json!(truth.anisotropy));
+    settings.insert("truth.filter".into(), json!(format!("{:?}", truth.filter).to_lowercase()));
+    settings
+}
+
+/// The chunk in which samples are taken between two looks at the clock: whole passes over the image that take about a
+/// second, by how long the last ones took.
+pub fn chunk(last: u64, seconds: f64) -> u64 {
+    max((last as f64 / max(seconds, 1e-6)) as u64, 1)
+}

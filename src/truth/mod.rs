@@ -1,0 +1,227 @@
+//! Light transport without a technique's approximations, by Monte Carlo: what the techniques are measured against.
+//!
+//! Three models, each an estimator whose mean is the integral that its file states: light that surfaces reflect
+//! ([`Model::Surface`], `path.rs`), light that walks through a homogeneous medium behind a smooth dielectric boundary
+//! ([`Model::Medium`], `walk.rs`), and the dipole integrated over the surface ([`Model::Dipole`], `dipole.rs`: Banterle
+//! and Chalmers, Eq. 1 and 2). A sample is a function of pixel, number and scene alone (contract 5), and a pixel adds its
+//! samples in their order ([`Sums`]), so sums are the same bits on any number of threads and however often they stop.
+
+mod alias;
+mod boundary;
+mod clearance;
+mod dipole;
+mod lights;
+mod path;
+mod place;
+mod state;
+mod sums;
+mod walk;
+
+pub use boundary::{fresnel, refract};
+pub use lights::{Caster, Environment, Lights, Map};
+pub use state::Identity;
+pub use sums::Sums;
+pub use walk::{Volume, henyey_greenstein, scatter};
+
+use crate::Error;
+use crate::numeric::random::Sample;
+use crate::numeric::vector::unit_or_zero;
+use crate::raster::Axes;
+use crate::trace::{Bvh, Ray};
+use crate::world::brdf::Brdf;
+use crate::world::camera::Camera;
+use crate::world::medium::Medium;
+use crate::world::mesh::{Bounds, Mesh};
+use clearance::Clearance;
+use glam::Vec3;
+use place::Place;
+
+/// Which normals reflection is computed with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Normals {
+    /// Those of the triangles: the mesh as it is, which keeps energy.
+    Face,
+    /// The vertices', interpolated, as the techniques shade. Light that would reach the back of the triangle or leave
+    /// through it counts as none, so a little is lost where the two normals differ.
+    Interpolated,
+}
+
+/// What light does in a scene.
+#[derive(Debug, Clone)]
+pub enum Model {
+    /// Surfaces reflect, on both sides.
+    Surface {
+        /// How.
+        brdf: Brdf,
+        /// How many reflections a path may have; 1 is light reflected once, 0 what surfaces emit, `None` any number.
+        bounces: Option<u32>,
+        /// Normals of the reflections.
+        normals: Normals,
+    },
+    /// The mesh, which must be closed, is the boundary of a medium.
+    Medium(Volume),
+    /// The dipole's integral over the mesh.
+    Dipole {
+        /// What it is made of.
+        medium: Medium,
+        /// Normals of irradiance and transmittance.
+        normals: Normals,
+    },
+}
+
+/// What light travels through.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    mesh: Mesh,
+    bvh: Bvh,
+    bounds: Bounds,
+    /// Of a medium's boundary.
+    clearance: Option<Clearance>,
+    model: Model,
+    /// What shines from outside.
+    pub lights: Lights,
+    /// Radiance that each triangle emits on both sides, RGB; empty where none does. Read by [`Model::Surface`] alone.
+    pub emission: Vec<Vec3>,
+}
+
+/// Where in a pixel its samples lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Filter {
+    /// In its centre, which the techniques' passes shade.
+    Point,
+    /// Evenly over its area.
+    Box,
+}
+
+/// Who looks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// From where to where.
+    pub camera: Camera,
+    /// Width and height of the image, in pixels.
+    pub size: [usize; 2],
+    /// Radiance of pixels that see no surface.
+    pub background: Vec3,
+    /// Where a pixel's samples lie.
+    pub filter: Filter,
+}
+
+impl View {
+    /// A sample's ray through a pixel, counted row by row from the top left; its direction is a unit vector.
+    pub fn ray(&self, pixel: usize, random: &mut Sample) -> Ray {
+        let [width, height] = self.size;
+        let [dx, dy] = match self.filter {
+            Filter::Point => [0.5; 2],
+            Filter::Box => random.pair(),
+        };
+        let x = 2.0 * ((pixel % width) as f32 + dx) / width as f32 - 1.0;
+        let y = 1.0 - 2.0 * ((pixel / width) as f32 + dy) / height as f32;
+        let axes = Axes::looking(self.camera.target - self.camera.position, self.camera.up);
+        let [across, along] = self.camera.tangents(width, height);
+        let direction = axes.forward + axes.right * (x * across) + axes.up * (y * along);
+        Ray::new(self.camera.position, unit_or_zero(direction))
+    }
+}
+
+impl Scene {
+    /// A scene without emitting triangles.
+    pub fn new(mesh: Mesh, model: Model, lights: Lights) -> Self {
+        let (bvh, bounds) = (Bvh::new(&mesh), mesh.bounds());
+        let walks = matches!(model, Model::Medium(_));
+        let clearance = walks.then(|| Clearance::new(bvh.corners(), &bounds));
+        Self { mesh, bvh, bounds, clearance, model, lights, emission: Vec::new() }
+    }
+
+    /// Refuses what the model cannot find; its samples then would be no estimate of it.
+    ///
+    /// # Errors
+    /// [`Model::Medium`] of a mesh that is not closed, of a medium that is empty in some channel, and of η ≠ 1 under a light
+    /// that is a point or a direction: no path through a boundary that refracts can be joined to one.
+    pub fn check(&self) -> Result<(), Error> {
+        match &self.model {
+            Model::Medium(volume) => walk::check(self, volume),
+            _ => Ok(()),
+        }
+    }
+
+    /// What light does.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The BLAKE3 digest of the mesh and of the environments, as hexadecimal digits.
+    pub fn digest(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let mut vectors = |vectors: &[Vec3]| {
+            hasher.update(&(vectors.len() as u64).to_le_bytes());
+            for x in vectors.iter().flat_map(Vec3::to_array) {
+                hasher.update(&x.to_le_bytes());
+            }
+        };
+        vectors(&self.mesh.positions);
+        vectors(&self.mesh.normals);
+        self.lights.environments.iter().for_each(|environment| vectors(&environment.values()));
+        for corner in self.mesh.triangles.as_flattened() {
+            hasher.update(&corner.to_le_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// One sample of the radiance that a pixel sees, RGB.
+    pub fn pixel(&self, view: &View, pixel: usize, random: &mut Sample) -> Vec3 {
+        self.along(&view.ray(pixel, random), random).unwrap_or(view.background)
+    }
+
+    /// One sample of the radiance that arrives at the ray's origin against its direction, a unit vector, RGB; none where
+    /// the ray meets no surface.
+    pub fn along(&self, ray: &Ray, random: &mut Sample) -> Option<Vec3> {
+        let hit = self.bvh.nearest(ray)?;
+        let place = |normals| Place::new(&self.mesh, &self.bvh, &hit, normals);
+        let eye = -ray.direction;
+        Some(match &self.model {
+            Model::Surface { brdf, bounces, normals } => {
+                let place = place(*normals);
+                self.emitted(place.triangle) + path::reflected(self, brdf, *bounces, place, eye, random)
+            }
+            Model::Medium(volume) => walk::seen(self, volume, place(Normals::Face), eye, random),
+            Model::Dipole { medium, normals } => {
+                dipole::seen(self, medium, *normals, place(*normals), eye, random)
+            }
+        })
+    }
+
+    /// One sample of the radiance that leaves a point with a normal of its own towards the unit vector `eye`, RGB, by
+    /// reflection: what a technique that computes in vertices is compared with. Rays leave `point` exactly; one in a
+    /// vertex does not meet the triangles around it.
+    ///
+    /// # Panics
+    /// Where the model is not [`Model::Surface`].
+    pub fn leaving(&self, point: Vec3, normal: Vec3, eye: Vec3, random: &mut Sample) -> Vec3 {
+        let Model::Surface { brdf, bounces, .. } = &self.model else {
+            panic!("light leaves a point by reflection in Model::Surface alone")
+        };
+        path::reflected(self, brdf, *bounces, Place::free(point, normal), eye, random)
+    }
+
+    /// Adds samples of the radiance that leaves each vertex of the mesh along its normal, until each has `samples`: of a
+    /// diffuse surface what leaves it in every direction, the number that techniques have in vertices. Elements of the
+    /// sums are vertices.
+    ///
+    /// # Panics
+    /// As [`Self::leaving`].
+    pub fn vertices(&self, sums: &mut Sums, samples: u64) {
+        let Mesh { positions, normals, .. } = &self.mesh;
+        sums.advance(samples, |vertex, random| {
+            self.leaving(positions[vertex], normals[vertex], normals[vertex], random)
+        });
+    }
+
+    fn emitted(&self, triangle: u32) -> Vec3 {
+        self.emission.get(triangle as usize).copied().unwrap_or_default()
+    }
+}

@@ -1,0 +1,113 @@
+//! `bitlight truth` as a person meets it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+const KNOT: &str = "scenes/translucency/knot.toml";
+
+fn truth(scene: &str, out: &Path, more: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_bitlight"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("BITLIGHT_ASSETS");
+    command.args(["truth", scene, "--set", "image.width=24", "--set", "image.height=16"]);
+    command.args(["--set", "solid.resolution=12", "-o"]).arg(out).args(more);
+    command.output().unwrap()
+}
+
+#[track_caller]
+fn done(output: &Output) -> String {
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+#[track_caller]
+fn refused(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(2));
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// What must not depend on how a frame came to be.
+fn bytes(folder: &Path) -> Vec<Vec<u8>> {
+    ["exr", "png", "state"]
+        .map(|ending| std::fs::read(folder.join(format!("knot.truth.{ending}"))).unwrap())
+        .to_vec()
+}
+
+#[test]
+fn a_run_goes_on_where_one_stopped_with_the_bytes_of_one_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, parts] = ["whole", "parts"].map(|name| folder.path().join(name));
+    done(&truth(KNOT, &whole, &["--spp", "24", "--threads", "1"]));
+    done(&truth(KNOT, &parts, &["--spp", "6", "--threads", "2"]));
+    assert_ne!(bytes(&whole), bytes(&parts));
+    let said = done(&truth(KNOT, &parts, &["--spp", "24", "--threads", "3"]));
+    assert!(said.contains("24 samples a pixel, 18 of them now"), "{said}");
+    assert_eq!(bytes(&whole), bytes(&parts));
+    let said = done(&truth(KNOT, &parts, &["--spp", "10"]));
+    assert!(said.contains("24 samples a pixel were there already"), "{said}");
+    assert_eq!(bytes(&whole), bytes(&parts));
+    // What the techniques' own knobs say does not matter, nor how bright the preview is.
+    done(&truth(
+        KNOT,
+        &parts,
+        &["--spp", "26", "--set", "translucency.cubemap=8", "--set", "image.exposure=1"],
+    ));
+    let layers = bitlight::pass::exr::read(&parts.join("knot.truth.exr")).unwrap();
+    let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();
+    assert_eq!(names, ["truth.mean", "truth.variance"]);
+    assert_eq!((layers[0].width, layers[0].height), (24, 16));
+}
+
+#[test]
+fn time_ends_a_run_after_whole_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = done(&truth(KNOT, folder.path(), &["--seconds", "0.2"]));
+    let samples: u64 = said.lines().last().unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(samples >= 2, "{said}");
+    // The same samples by number.
+    let again = tempfile::tempdir().unwrap();
+    done(&truth(KNOT, again.path(), &["--spp", &samples.to_string()]));
+    assert_eq!(bytes(folder.path()), bytes(again.path()));
+}
+
+#[test]
+fn another_scenes_state_is_refused_and_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = folder.path().join("knot.truth.state");
+    done(&truth(KNOT, folder.path(), &["--spp", "2"]));
+    let kept = std::fs::read(&state).unwrap();
+    for (set, expected) in [
+        ("camera.fov=20", "camera.fov is 30 there and 20 here"),
+        ("truth.filter=box", "truth.filter is \"point\" there and \"box\" here"),
+        ("material.eta=1.4", "material.eta is absent there and 1.4 here"),
+    ] {
+        let said = refused(&truth(KNOT, folder.path(), &["--spp", "4", "--set", set]));
+        assert!(said.contains(expected) && said.contains("delete it to begin anew"), "{said}");
+    }
+    assert_eq!(std::fs::read(&state).unwrap(), kept);
+    let mut damaged = kept.clone();
+    *damaged.last_mut().unwrap() ^= 1;
+    for (bytes, expected) in [
+        (damaged, "damaged"),
+        (kept[..kept.len() - 8].to_vec(), "damaged"),
+        (b"no state".to_vec(), "is no state"),
+    ] {
+        std::fs::write(&state, bytes).unwrap();
+        let said = refused(&truth(KNOT, folder.path(), &["--spp", "4"]));
+        assert!(said.contains(expected) && said.contains("knot.truth.state"), "{said}");
+    }
+}
+
+#[test]
+fn a_light_that_a_medium_cannot_have_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let medium = ["--spp", "2", "--set", "truth.model=medium"];
+    let said = refused(&truth(KNOT, folder.path(), &medium));
+    assert!(said.contains("light[0].kind") && said.contains("truth.model = \"dipole\""), "{said}");
+    let said = refused(&truth(KNOT, folder.path(), &["--spp", "2", "--set", "truth.bounces=3"]));
+    assert!(said.contains("truth.bounces: counts reflections"), "{said}");
+    // Where nothing refracts the walk is joined to the light.
+    done(&truth(KNOT, folder.path(), &[&medium[..], &["--set", "material.eta=1"]].concat()));
+    let neither = refused(&truth(KNOT, folder.path(), &[]));
+    assert!(neither.contains("--spp") && neither.contains("--seconds"), "{neither}");
+}
