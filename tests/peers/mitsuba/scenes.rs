@@ -32,6 +32,11 @@ pub(crate) struct Table {
 
 impl Table {
     pub(crate) fn read(path: &Path) -> Result<Self, Box<dyn Error>> {
+        Self::changed(path, |_| ())
+    }
+
+    /// As [`Self::read`], with a model that is another than Mitsuba's.
+    pub(crate) fn changed(path: &Path, change: impl FnOnce(&mut Model)) -> Result<Self, Box<dyn Error>> {
         let table: Value = serde_json::from_str(&fs::read_to_string(path)?)?;
         let camera = &table["camera"];
         let view = View {
@@ -50,7 +55,7 @@ impl Table {
         let bounds = mesh.bounds();
         let scale = number(&table["size"]) as f32 / (bounds.high - bounds.low).max_element();
         mesh.apply(scale, Mat3::IDENTITY, bounds.center() * -scale)?;
-        let model = if let Some(volume) = table.get("volume") {
+        let mut model = if let Some(volume) = table.get("volume") {
             Model::Medium(Volume {
                 scattering: vector(&volume["scattering"]).to_array(),
                 absorption: vector(&volume["absorption"]).to_array(),
@@ -94,6 +99,7 @@ impl Table {
             (numbers[0] as usize, [three(1), three(4).map(|error| error * error)])
         });
         let rows = rows.collect();
+        change(&mut model);
         let scene = Scene::new(mesh, model, lights);
         scene.check()?;
         Ok(Self { scene, view, block: whole(&table["block"]), passes: whole(&table["passes"]), rows })
