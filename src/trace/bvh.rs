@@ -6,30 +6,33 @@
 
 use super::triangle::{Shear, Slabs, within};
 use super::{Hit, Ray};
-use crate::numeric::lanes::wide;
-use crate::numeric::order::{max3, min3};
+use crate::numeric::order::{max, max3, min, min3};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use std::mem::MaybeUninit;
 
 /// Children of a node.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
 /// Marks a child that is a triangle.
 const LEAF: u32 = 1 << 31;
 
-/// The most entries of a walk's stack: a node leaves at most seven behind on each level.
-const STACK: usize = 7 * 96;
+/// The most levels of a tree.
+const LEVELS: usize = 64;
+
+/// The most entries of a walk's stack: a node leaves at most seven more than it takes, on each level.
+const STACK: usize = 7 * LEVELS + 1;
 
 /// Boxes and what is in them.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-struct Node {
+pub(super) struct Node {
     /// For each axis the children's low and high coordinates; an absent child has an empty box.
-    bounds: [[[f32; WIDTH]; 2]; 3],
-    /// A node's index, or [`LEAF`] and a triangle's.
+    pub(super) bounds: [[[f32; WIDTH]; 2]; 3],
+    /// A node's index, or [`LEAF`] and a leaf's.
     children: [u32; WIDTH],
 }
 
@@ -43,6 +46,8 @@ pub struct Bvh {
     nodes: Vec<Node>,
     /// The corners of every triangle, in the mesh's order.
     corners: Vec<[Vec3; 3]>,
+    /// The triangles again in the tree's order: what a walk reads together lies together.
+    leaves: Vec<([Vec3; 3], u32)>,
 }
 
 fn corners(mesh: &Mesh) -> Vec<[Vec3; 3]> {
@@ -69,7 +74,24 @@ impl Bvh {
             2,
         );
         ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
-        let mut bvh = Self { nodes: collapse(&binary), corners };
+        let mut nodes = collapse(&binary);
+        if levels(&nodes) > LEVELS {
+            nodes = balanced(&binary.primitive_indices);
+        }
+        Self::of(nodes, corners)
+    }
+
+    /// The tree of `nodes`, whose leaves are numbers of triangles, over triangles of these corners.
+    fn of(mut nodes: Vec<Node>, corners: Vec<[Vec3; 3]>) -> Self {
+        let mut leaves = Vec::with_capacity(corners.len());
+        for child in nodes.iter_mut().flat_map(|node| &mut node.children) {
+            if *child & LEAF != 0 {
+                let triangle = *child & !LEAF;
+                *child = LEAF | leaves.len() as u32;
+                leaves.push((corners[triangle as usize], triangle));
+            }
+        }
+        let mut bvh = Self { nodes, corners, leaves };
         bvh.enclose();
         bvh
     }
@@ -82,6 +104,9 @@ impl Bvh {
     pub fn refit(&mut self, mesh: &Mesh) {
         assert_eq!(mesh.triangles.len(), self.corners.len(), "a pose has the triangles of the first");
         self.corners = corners(mesh);
+        for (corners, triangle) in &mut self.leaves {
+            *corners = self.corners[*triangle as usize];
+        }
         self.enclose();
     }
 
@@ -97,7 +122,7 @@ impl Bvh {
                 let node = &self.nodes[index];
                 let child = node.children[lane];
                 let (low, high) = if child & LEAF != 0 {
-                    let [a, b, c] = self.corners[(child & !LEAF) as usize];
+                    let ([a, b, c], _) = self.leaves[(child & !LEAF) as usize];
                     (min3(min3(a, b), c), max3(max3(a, b), c))
                 } else if child != 0 {
                     let child = &self.nodes[child as usize];
@@ -120,12 +145,30 @@ impl Bvh {
 
     /// The nearest hit: the least t, and of those with equal t the lowest triangle.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
-        nearest(self, ray)
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            #[expect(
+                unsafe_code,
+                reason = "the twin with wider instructions, for a processor that was just looked at"
+            )]
+            // SAFETY: the processor has AVX2.
+            return unsafe { super::avx2::nearest(self, ray) };
+        }
+        nearest(self, ray, enter)
     }
 
     /// Whether the ray meets any triangle.
     pub fn blocked(&self, ray: &Ray) -> bool {
-        blocked(self, ray)
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            #[expect(
+                unsafe_code,
+                reason = "the twin with wider instructions, for a processor that was just looked at"
+            )]
+            // SAFETY: the processor has AVX2.
+            return unsafe { super::avx2::blocked(self, ray) };
+        }
+        blocked(self, ray, enter)
     }
 }
 
@@ -166,97 +209,193 @@ fn collapse(binary: &Bvh2) -> Vec<Node> {
     nodes
 }
 
-/// Tests a ray against the eight boxes of a node: where it enters each, and a bit for each that it meets up to `most`.
+/// The levels of a tree.
+fn levels(nodes: &[Node]) -> usize {
+    let mut below = vec![1; nodes.len()];
+    for (index, node) in nodes.iter().enumerate().rev() {
+        for child in node.children.iter().filter(|child| **child & LEAF == 0 && **child != 0) {
+            below[index] = max(below[index], 1 + below[*child as usize]);
+        }
+    }
+    below[0]
+}
+
+/// A tree of as few levels as there can be over triangles in this order: for meshes whose own tree is too deep for a
+/// walk's stack. (No such mesh is known: obvhs gives no bound.)
+fn balanced(order: &[u32]) -> Vec<Node> {
+    let mut nodes = vec![EMPTY];
+    let mut open = vec![(0..order.len(), 0_usize)];
+    while let Some((range, to)) = open.pop() {
+        let part = range.len().div_ceil(WIDTH);
+        for (lane, first) in range.clone().step_by(max(part, 1)).enumerate() {
+            nodes[to].children[lane] = if part == 1 {
+                LEAF | order[first]
+            } else {
+                nodes.push(EMPTY);
+                open.push((first..min(first + part, range.end), nodes.len() - 1));
+                nodes.len() as u32 - 1
+            };
+        }
+    }
+    nodes
+}
+
+/// The boxes of a node that a ray is in, up to some t.
+pub(super) struct Entered {
+    /// A bit for each child.
+    pub(super) mask: u32,
+    /// Where the ray enters each child's box, and where it leaves it.
+    pub(super) near: [f32; WIDTH],
+    pub(super) far: [f32; WIDTH],
+}
+
+/// Tests a ray against the eight boxes of a node, up to `most`.
 #[inline(always)]
-fn enter(node: &Node, slabs: &Slabs, most: f32, near: &mut [f32; WIDTH], far: &mut [f32; WIDTH]) -> u32 {
-    let first: [&[f32; WIDTH]; 3] =
-        std::array::from_fn(|axis| &node.bounds[axis][usize::from(slabs.high_first[axis])]);
-    let second: [&[f32; WIDTH]; 3] =
-        std::array::from_fn(|axis| &node.bounds[axis][usize::from(!slabs.high_first[axis])]);
-    let mut mask = 0;
+fn enter(node: &Node, slabs: &Slabs, most: f32) -> Entered {
+    let mut entered = Entered { mask: 0, near: [0.0; WIDTH], far: [0.0; WIDTH] };
     for lane in 0..WIDTH {
-        let interval =
-            slabs.interval([0, 1, 2].map(|axis| first[axis][lane]), [0, 1, 2].map(|axis| second[axis][lane]));
-        [near[lane], far[lane]] = interval;
+        let side = |flip: bool| {
+            [0, 1, 2].map(|axis| node.bounds[axis][usize::from(slabs.high_first[axis] != flip)][lane])
+        };
+        let [near, far] = slabs.interval(side(false), side(true));
+        (entered.near[lane], entered.far[lane]) = (near, far);
+        entered.mask |= u32::from(near <= far && near <= most) << lane;
     }
-    for lane in 0..WIDTH {
-        mask |= u32::from(near[lane] <= far[lane] && near[lane] <= most) << lane;
-    }
-    mask
+    entered
 }
 
-wide! {
-    fn nearest(bvh: &Bvh, ray: &Ray) -> Option<Hit> {
-        let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
-        let origin = shear.apply(ray.origin);
-        let mut best: Option<Hit> = None;
-        let mut most = ray.far;
-        let (mut near, mut far) = ([0.0; WIDTH], [0.0; WIDTH]);
-        // What is yet to be looked at, the nearest last: child, and the interval of its box.
-        let mut stack = [(0_u32, 0.0_f32, 0.0_f32); STACK];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let (child, enters, leaves) = stack[depth];
-            if enters > most {
-                continue;
+/// What a walk has yet to look at: children, and the intervals of their boxes.
+struct Stack {
+    items: [MaybeUninit<(u32, f32, f32)>; STACK],
+    length: usize,
+}
+
+impl Stack {
+    /// A stack that holds the root.
+    #[inline(always)]
+    fn new() -> Self {
+        let mut stack = Self { items: [const { MaybeUninit::uninit() }; STACK], length: 0 };
+        stack.push((0, 0.0, f32::INFINITY));
+        stack
+    }
+
+    /// # Panics
+    /// Where the stack is full, which [`Bvh::new`] rules out.
+    #[inline(always)]
+    fn push(&mut self, item: (u32, f32, f32)) {
+        self.items[self.length] = MaybeUninit::new(item);
+        self.length += 1;
+    }
+
+    #[inline(always)]
+    fn get(&self, at: usize) -> (u32, f32, f32) {
+        assert!(at < self.length);
+        #[expect(unsafe_code, reason = "an item that was written")]
+        // SAFETY: all items below the length were written.
+        unsafe {
+            self.items[at].assume_init()
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(u32, f32, f32)> {
+        let item = (self.length > 0).then(|| self.get(self.length - 1))?;
+        self.length -= 1;
+        Some(item)
+    }
+
+    /// Adds what a ray entered, so that it leaves the nearest first.
+    #[inline(always)]
+    fn add(&mut self, node: &Node, mut entered: Entered) {
+        let bottom = self.length;
+        while entered.mask != 0 {
+            let lane = entered.mask.trailing_zeros() as usize & (WIDTH - 1);
+            entered.mask &= entered.mask - 1;
+            let item = (node.children[lane], entered.near[lane], entered.far[lane]);
+            let mut at = self.length;
+            self.push(item);
+            while at > bottom && self.get(at - 1).1 < item.1 {
+                self.items[at] = self.items[at - 1];
+                at -= 1;
             }
-            if child & LEAF != 0 {
-                let triangle = child & !LEAF;
-                let corners = &bvh.corners[triangle as usize];
-                let hit = within(&shear, origin, corners, triangle, [enters, leaves], most);
-                let nearer = |hit: &Hit| best.is_none_or(|best| hit.t < best.t || triangle < best.triangle);
-                if let Some(hit) = hit.filter(nearer) {
-                    best = Some(hit);
-                    most = hit.t;
-                }
-                continue;
-            }
+            self.items[at] = MaybeUninit::new(item);
+        }
+    }
+}
+
+/// [`Bvh::nearest`] with a way to test a node.
+#[inline(always)]
+pub(super) fn nearest(bvh: &Bvh, ray: &Ray, enter: impl Fn(&Node, &Slabs, f32) -> Entered) -> Option<Hit> {
+    let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
+    let origin = shear.apply(ray.origin);
+    let mut best: Option<Hit> = None;
+    let mut most = ray.far;
+    let mut stack = Stack::new();
+    while let Some((child, enters, leaves)) = stack.pop() {
+        if enters > most {
+            continue;
+        }
+        if child & LEAF == 0 {
             let node = &bvh.nodes[child as usize];
-            let mut mask = enter(node, &slabs, most, &mut near, &mut far);
-            let bottom = depth;
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
-                mask &= mask - 1;
-                let mut at = depth;
-                depth += 1;
-                while at > bottom && stack[at - 1].1 < near[lane] {
-                    stack[at] = stack[at - 1];
-                    at -= 1;
-                }
-                stack[at] = (node.children[lane], near[lane], far[lane]);
-            }
+            stack.add(node, enter(node, &slabs, most));
+            continue;
         }
-        best
+        let (corners, triangle) = &bvh.leaves[(child & !LEAF) as usize];
+        let hit = within(&shear, origin, corners, *triangle, [enters, leaves], most);
+        let nearer = |hit: &Hit| best.is_none_or(|best| hit.t < best.t || *triangle < best.triangle);
+        if let Some(hit) = hit.filter(nearer) {
+            best = Some(hit);
+            most = hit.t;
+        }
     }
+    best
 }
 
-wide! {
-    fn blocked(bvh: &Bvh, ray: &Ray) -> bool {
-        let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
-        let origin = shear.apply(ray.origin);
-        let (mut near, mut far) = ([0.0; WIDTH], [0.0; WIDTH]);
-        let mut stack = [0_u32; STACK];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let node = &bvh.nodes[stack[depth] as usize];
-            let mut mask = enter(node, &slabs, ray.far, &mut near, &mut far);
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
-                mask &= mask - 1;
-                let child = node.children[lane];
-                if child & LEAF == 0 {
-                    stack[depth] = child;
-                    depth += 1;
-                    continue;
-                }
-                let corners = &bvh.corners[(child & !LEAF) as usize];
-                if within(&shear, origin, corners, 0, [near[lane], far[lane]], ray.far).is_some() {
-                    return true;
-                }
+/// [`Bvh::blocked`] with a way to test a node.
+#[inline(always)]
+pub(super) fn blocked(bvh: &Bvh, ray: &Ray, enter: impl Fn(&Node, &Slabs, f32) -> Entered) -> bool {
+    let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
+    let origin = shear.apply(ray.origin);
+    let mut stack = Stack::new();
+    while let Some((child, ..)) = stack.pop() {
+        let node = &bvh.nodes[child as usize];
+        let mut entered = enter(node, &slabs, ray.far);
+        while entered.mask != 0 {
+            let lane = entered.mask.trailing_zeros() as usize & (WIDTH - 1);
+            entered.mask &= entered.mask - 1;
+            let (child, interval) = (node.children[lane], [entered.near[lane], entered.far[lane]]);
+            if child & LEAF == 0 {
+                stack.push((child, interval[0], interval[1]));
+                continue;
+            }
+            let (corners, _) = &bvh.leaves[(child & !LEAF) as usize];
+            if within(&shear, origin, corners, 0, interval, ray.far).is_some() {
+                return true;
             }
         }
-        false
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::shapes;
+
+    #[test]
+    fn a_balanced_tree_finds_the_same_hits_and_has_few_levels() {
+        let mesh = shapes::torus_knot(2, 3, 0.35, 64, 8).unwrap();
+        let built = Bvh::new(&mesh);
+        let order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+        let other = Bvh::of(balanced(&order), corners(&mesh));
+        assert_eq!((levels(&other.nodes), levels(&[EMPTY])), (4, 1)); // 1,024 triangles
+        assert!((4..=LEVELS).contains(&levels(&built.nodes)), "{}", levels(&built.nodes));
+        let mut hits = 0;
+        for (from, to) in mesh.positions.iter().zip(mesh.positions.iter().rev()) {
+            let ray = Ray::new(*from * 1.5, *to - *from * 1.5);
+            assert_eq!(built.nearest(&ray), other.nearest(&ray));
+            hits += usize::from(other.blocked(&ray));
+        }
+        assert_eq!(hits, mesh.positions.len());
     }
 }
