@@ -1,35 +1,37 @@
 //! A tree of boxes, eight to a node, over the triangles of a mesh.
 //!
-//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`Bvh::new`] pulls up the
-//! largest boxes until each node has eight. A child is a node or one triangle, so a triangle's own box is tested with
-//! those of its neighbours. The walk is ours: obvhs's is not conservative.
+//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`collapse`] makes
+//! nodes of eight of it. A child is a node or one triangle, so a triangle's own box is tested with those of its neighbours. The walk is ours: obvhs's is not conservative.
 
 use super::triangle::{Shear, Slabs, within};
 use super::{Hit, Ray};
-use crate::numeric::lanes::wide;
-use crate::numeric::order::{max3, min3};
+use crate::numeric::order::{max, max3, min, min3};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use std::mem::MaybeUninit;
 
 /// Children of a node.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
 /// Marks a child that is a triangle.
 const LEAF: u32 = 1 << 31;
 
-/// The most entries of a walk's stack: a node leaves at most seven behind on each level.
-const STACK: usize = 7 * 96;
+/// The most levels of a tree.
+const LEVELS: usize = 64;
+
+/// The most entries of a walk's stack: a node leaves at most seven more than it takes, on each level.
+const STACK: usize = 7 * LEVELS + 1;
 
 /// Boxes and what is in them.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-struct Node {
+pub(super) struct Node {
     /// For each axis the children's low and high coordinates; an absent child has an empty box.
-    bounds: [[[f32; WIDTH]; 2]; 3],
-    /// A node's index, or [`LEAF`] and a triangle's.
+    pub(super) bounds: [[[f32; WIDTH]; 2]; 3],
+    /// A node's index, or [`LEAF`] and a leaf's.
     children: [u32; WIDTH],
 }
 
@@ -43,6 +45,8 @@ pub struct Bvh {
     nodes: Vec<Node>,
     /// The corners of every triangle, in the mesh's order.
     corners: Vec<[Vec3; 3]>,
+    /// The triangles again in the tree's order: what a walk reads together lies together.
+    leaves: Vec<([Vec3; 3], u32)>,
 }
 
 fn corners(mesh: &Mesh) -> Vec<[Vec3; 3]> {
@@ -69,7 +73,24 @@ impl Bvh {
             2,
         );
         ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
-        let mut bvh = Self { nodes: collapse(&binary), corners };
+        let mut nodes = collapse(&binary);
+        if levels(&nodes) > LEVELS {
+            nodes = balanced(&binary.primitive_indices);
+        }
+        Self::of(nodes, corners)
+    }
+
+    /// The tree of `nodes`, whose leaves are numbers of triangles, over triangles of these corners.
+    fn of(mut nodes: Vec<Node>, corners: Vec<[Vec3; 3]>) -> Self {
+        let mut leaves = Vec::with_capacity(corners.len());
+        for child in nodes.iter_mut().flat_map(|node| &mut node.children) {
+            if *child & LEAF != 0 {
+                let triangle = *child & !LEAF;
+                *child = LEAF | leaves.len() as u32;
+                leaves.push((corners[triangle as usize], triangle));
+            }
+        }
+        let mut bvh = Self { nodes, corners, leaves };
         bvh.enclose();
         bvh
     }
@@ -82,6 +103,9 @@ impl Bvh {
     pub fn refit(&mut self, mesh: &Mesh) {
         assert_eq!(mesh.triangles.len(), self.corners.len(), "a pose has the triangles of the first");
         self.corners = corners(mesh);
+        for (corners, triangle) in &mut self.leaves {
+            *corners = self.corners[*triangle as usize];
+        }
         self.enclose();
     }
 
@@ -97,7 +121,7 @@ impl Bvh {
                 let node = &self.nodes[index];
                 let child = node.children[lane];
                 let (low, high) = if child & LEAF != 0 {
-                    let [a, b, c] = self.corners[(child & !LEAF) as usize];
+                    let ([a, b, c], _) = self.leaves[(child & !LEAF) as usize];
                     (min3(min3(a, b), c), max3(max3(a, b), c))
                 } else if child != 0 {
                     let child = &self.nodes[child as usize];
@@ -120,39 +144,81 @@ impl Bvh {
 
     /// The nearest hit: the least t, and of those with equal t the lowest triangle.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
-        nearest(self, ray)
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            #[expect(
+                unsafe_code,
+                reason = "the twin with wider instructions, for a processor that was just looked at"
+            )]
+            // SAFETY: the processor has AVX2.
+            return unsafe { super::avx2::nearest(self, ray) };
+        }
+        nearest(self, ray, enter)
     }
 
     /// Whether the ray meets any triangle.
     pub fn blocked(&self, ray: &Ray) -> bool {
-        blocked(self, ray)
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            #[expect(
+                unsafe_code,
+                reason = "the twin with wider instructions, for a processor that was just looked at"
+            )]
+            // SAFETY: the processor has AVX2.
+            return unsafe { super::avx2::blocked(self, ray) };
+        }
+        blocked(self, ray, enter)
     }
 }
 
-/// Eight children a node from two: of a node's children the one with the largest box is replaced by its own two until
-/// there are eight.
+/// Nodes of eight children from nodes of two, so that a ray is expected to test the fewest boxes: the cost of a subtree
+/// that may show itself as up to k children is the least over all ways to divide k among its two halves, or, as one child,
+/// its box's area plus the cost of its halves as eight (Ylitie, Karras and Laine 2017, §3.1).
 fn collapse(binary: &Bvh2) -> Vec<Node> {
-    let mut nodes = vec![EMPTY];
-    let mut open = vec![(0_usize, 0_usize)]; // a binary node and the node that it becomes
-    while let Some((from, to)) = open.pop() {
-        let root = &binary.nodes[from];
-        let mut children = if root.is_leaf() {
-            vec![from]
-        } else {
-            vec![root.first_index as usize, root.first_index as usize + 1]
-        };
-        while children.len() < WIDTH {
-            let area = |child: &usize| binary.nodes[*child].aabb().half_area();
-            let inner = (0..children.len()).filter(|lane| !binary.nodes[children[*lane]].is_leaf());
-            let Some(widest) = inner.max_by(|a, b| area(&children[*a]).total_cmp(&area(&children[*b])))
-            else {
-                break;
-            };
-            let first = binary.nodes[children[widest]].first_index as usize;
-            children[widest] = first;
-            children.push(first + 1);
+    let children = |node: usize| {
+        let first = binary.nodes[node].first_index as usize;
+        [first, first + 1]
+    };
+    // Parents before children.
+    let (mut order, mut open) = (Vec::with_capacity(binary.nodes.len()), vec![0]);
+    while let Some(node) = open.pop() {
+        order.push(node);
+        if !binary.nodes[node].is_leaf() {
+            open.extend(children(node));
         }
-        for (lane, child) in children.into_iter().enumerate() {
+    }
+    // For each k from 1: the least cost as up to k children, and how many of them are the first half's; 0 for fewer than k.
+    let mut plans = vec![[(0.0_f32, 0_u8); WIDTH]; binary.nodes.len()];
+    for node in order.iter().rev().copied().filter(|node| !binary.nodes[*node].is_leaf()) {
+        let [a, b] = children(node).map(|child| plans[child]);
+        for count in 2..=WIDTH {
+            let divided = (1..count).map(|first| (a[first - 1].0 + b[count - first - 1].0, first as u8));
+            let best =
+                divided.fold((f32::INFINITY, 0), |best, next| if next.0 < best.0 { next } else { best });
+            let fewer = plans[node][count - 2].0;
+            plans[node][count - 1] = if count > 2 && fewer <= best.0 { (fewer, 0) } else { best };
+        }
+        plans[node][0] = (binary.nodes[node].aabb().half_area() + plans[node][WIDTH - 1].0, 0);
+    }
+    let mut nodes = vec![EMPTY];
+    let mut open = vec![(0, 0)]; // a binary node and the node that it becomes
+    while let Some((from, to)) = open.pop() {
+        let mut shown = Vec::with_capacity(WIDTH);
+        // Subtrees, and as how many children each may show itself.
+        let mut parts = vec![(from, WIDTH)];
+        while let Some((node, mut count)) = parts.pop() {
+            while count > 2 && plans[node][count - 1].1 == 0 && !binary.nodes[node].is_leaf() {
+                count -= 1;
+            }
+            if binary.nodes[node].is_leaf() || (count == 1 && node != from) {
+                shown.push(node);
+            } else {
+                let first = usize::from(plans[node][count - 1].1);
+                let [a, b] = children(node);
+                parts.extend([(b, count - first), (a, first)]);
+            }
+        }
+        for (lane, child) in shown.into_iter().enumerate() {
             let node = &binary.nodes[child];
             nodes[to].children[lane] = if node.is_leaf() {
                 LEAF | binary.primitive_indices[node.first_index as usize]
@@ -166,97 +232,193 @@ fn collapse(binary: &Bvh2) -> Vec<Node> {
     nodes
 }
 
-/// Tests a ray against the eight boxes of a node: where it enters each, and a bit for each that it meets up to `most`.
+/// The levels of a tree.
+fn levels(nodes: &[Node]) -> usize {
+    let mut below = vec![1; nodes.len()];
+    for (index, node) in nodes.iter().enumerate().rev() {
+        for child in node.children.iter().filter(|child| **child & LEAF == 0 && **child != 0) {
+            below[index] = max(below[index], 1 + below[*child as usize]);
+        }
+    }
+    below[0]
+}
+
+/// A tree of as few levels as there can be over triangles in this order: for meshes whose own tree is too deep for a
+/// walk's stack. (No such mesh is known: obvhs gives no bound.)
+fn balanced(order: &[u32]) -> Vec<Node> {
+    let mut nodes = vec![EMPTY];
+    let mut open = vec![(0..order.len(), 0_usize)];
+    while let Some((range, to)) = open.pop() {
+        let part = range.len().div_ceil(WIDTH);
+        for (lane, first) in range.clone().step_by(max(part, 1)).enumerate() {
+            nodes[to].children[lane] = if part == 1 {
+                LEAF | order[first]
+            } else {
+                nodes.push(EMPTY);
+                open.push((first..min(first + part, range.end), nodes.len() - 1));
+                nodes.len() as u32 - 1
+            };
+        }
+    }
+    nodes
+}
+
+/// The boxes of a node that a ray is in, up to some t.
+pub(super) struct Entered {
+    /// A bit for each child.
+    pub(super) mask: u32,
+    /// Where the ray enters each child's box, and where it leaves it.
+    pub(super) near: [f32; WIDTH],
+    pub(super) far: [f32; WIDTH],
+}
+
+/// Tests a ray against the eight boxes of a node, up to `most`.
 #[inline(always)]
-fn enter(node: &Node, slabs: &Slabs, most: f32, near: &mut [f32; WIDTH], far: &mut [f32; WIDTH]) -> u32 {
-    let first: [&[f32; WIDTH]; 3] =
-        std::array::from_fn(|axis| &node.bounds[axis][usize::from(slabs.high_first[axis])]);
-    let second: [&[f32; WIDTH]; 3] =
-        std::array::from_fn(|axis| &node.bounds[axis][usize::from(!slabs.high_first[axis])]);
-    let mut mask = 0;
+fn enter(node: &Node, slabs: &Slabs, most: f32) -> Entered {
+    let mut entered = Entered { mask: 0, near: [0.0; WIDTH], far: [0.0; WIDTH] };
     for lane in 0..WIDTH {
-        let interval =
-            slabs.interval([0, 1, 2].map(|axis| first[axis][lane]), [0, 1, 2].map(|axis| second[axis][lane]));
-        [near[lane], far[lane]] = interval;
+        let side = |flip: bool| {
+            [0, 1, 2].map(|axis| node.bounds[axis][usize::from(slabs.high_first[axis] != flip)][lane])
+        };
+        let [near, far] = slabs.interval(side(false), side(true));
+        (entered.near[lane], entered.far[lane]) = (near, far);
+        entered.mask |= u32::from(near <= far && near <= most) << lane;
     }
-    for lane in 0..WIDTH {
-        mask |= u32::from(near[lane] <= far[lane] && near[lane] <= most) << lane;
-    }
-    mask
+    entered
 }
 
-wide! {
-    fn nearest(bvh: &Bvh, ray: &Ray) -> Option<Hit> {
-        let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
-        let origin = shear.apply(ray.origin);
-        let mut best: Option<Hit> = None;
-        let mut most = ray.far;
-        let (mut near, mut far) = ([0.0; WIDTH], [0.0; WIDTH]);
-        // What is yet to be looked at, the nearest last: child, and the interval of its box.
-        let mut stack = [(0_u32, 0.0_f32, 0.0_f32); STACK];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let (child, enters, leaves) = stack[depth];
-            if enters > most {
-                continue;
+/// What a walk has yet to look at: children, and the intervals of their boxes.
+struct Stack {
+    items: [MaybeUninit<(u32, f32, f32)>; STACK],
+    length: usize,
+}
+
+impl Stack {
+    /// A stack that holds the root.
+    #[inline(always)]
+    fn new() -> Self {
+        let mut stack = Self { items: [const { MaybeUninit::uninit() }; STACK], length: 0 };
+        stack.push((0, 0.0, f32::INFINITY));
+        stack
+    }
+
+    /// # Panics
+    /// Where the stack is full, which [`Bvh::new`] rules out.
+    #[inline(always)]
+    fn push(&mut self, item: (u32, f32, f32)) {
+        self.items[self.length] = MaybeUninit::new(item);
+        self.length += 1;
+    }
+
+    #[inline(always)]
+    fn get(&self, at: usize) -> (u32, f32, f32) {
+        assert!(at < self.length);
+        #[expect(unsafe_code, reason = "an item that was written")]
+        // SAFETY: all items below the length were written.
+        unsafe {
+            self.items[at].assume_init()
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(u32, f32, f32)> {
+        let item = (self.length > 0).then(|| self.get(self.length - 1))?;
+        self.length -= 1;
+        Some(item)
+    }
+
+    /// Adds what a ray entered, so that it leaves the nearest first.
+    #[inline(always)]
+    fn add(&mut self, node: &Node, mut entered: Entered) {
+        let bottom = self.length;
+        while entered.mask != 0 {
+            let lane = entered.mask.trailing_zeros() as usize & (WIDTH - 1);
+            entered.mask &= entered.mask - 1;
+            let item = (node.children[lane], entered.near[lane], entered.far[lane]);
+            let mut at = self.length;
+            self.push(item);
+            while at > bottom && self.get(at - 1).1 < item.1 {
+                self.items[at] = self.items[at - 1];
+                at -= 1;
             }
-            if child & LEAF != 0 {
-                let triangle = child & !LEAF;
-                let corners = &bvh.corners[triangle as usize];
-                let hit = within(&shear, origin, corners, triangle, [enters, leaves], most);
-                let nearer = |hit: &Hit| best.is_none_or(|best| hit.t < best.t || triangle < best.triangle);
-                if let Some(hit) = hit.filter(nearer) {
-                    best = Some(hit);
-                    most = hit.t;
-                }
-                continue;
-            }
+            self.items[at] = MaybeUninit::new(item);
+        }
+    }
+}
+
+/// [`Bvh::nearest`] with a way to test a node.
+#[inline(always)]
+pub(super) fn nearest(bvh: &Bvh, ray: &Ray, enter: impl Fn(&Node, &Slabs, f32) -> Entered) -> Option<Hit> {
+    let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
+    let origin = shear.apply(ray.origin);
+    let mut best: Option<Hit> = None;
+    let mut most = ray.far;
+    let mut stack = Stack::new();
+    while let Some((child, enters, leaves)) = stack.pop() {
+        if enters > most {
+            continue;
+        }
+        if child & LEAF == 0 {
             let node = &bvh.nodes[child as usize];
-            let mut mask = enter(node, &slabs, most, &mut near, &mut far);
-            let bottom = depth;
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
-                mask &= mask - 1;
-                let mut at = depth;
-                depth += 1;
-                while at > bottom && stack[at - 1].1 < near[lane] {
-                    stack[at] = stack[at - 1];
-                    at -= 1;
-                }
-                stack[at] = (node.children[lane], near[lane], far[lane]);
-            }
+            stack.add(node, enter(node, &slabs, most));
+            continue;
         }
-        best
+        let (corners, triangle) = &bvh.leaves[(child & !LEAF) as usize];
+        let hit = within(&shear, origin, corners, *triangle, [enters, leaves], most);
+        let nearer = |hit: &Hit| best.is_none_or(|best| hit.t < best.t || *triangle < best.triangle);
+        if let Some(hit) = hit.filter(nearer) {
+            best = Some(hit);
+            most = hit.t;
+        }
     }
+    best
 }
 
-wide! {
-    fn blocked(bvh: &Bvh, ray: &Ray) -> bool {
-        let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
-        let origin = shear.apply(ray.origin);
-        let (mut near, mut far) = ([0.0; WIDTH], [0.0; WIDTH]);
-        let mut stack = [0_u32; STACK];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let node = &bvh.nodes[stack[depth] as usize];
-            let mut mask = enter(node, &slabs, ray.far, &mut near, &mut far);
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
-                mask &= mask - 1;
-                let child = node.children[lane];
-                if child & LEAF == 0 {
-                    stack[depth] = child;
-                    depth += 1;
-                    continue;
-                }
-                let corners = &bvh.corners[(child & !LEAF) as usize];
-                if within(&shear, origin, corners, 0, [near[lane], far[lane]], ray.far).is_some() {
-                    return true;
-                }
+/// [`Bvh::blocked`] with a way to test a node.
+#[inline(always)]
+pub(super) fn blocked(bvh: &Bvh, ray: &Ray, enter: impl Fn(&Node, &Slabs, f32) -> Entered) -> bool {
+    let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
+    let origin = shear.apply(ray.origin);
+    let mut stack = Stack::new();
+    while let Some((child, ..)) = stack.pop() {
+        let node = &bvh.nodes[child as usize];
+        let mut entered = enter(node, &slabs, ray.far);
+        while entered.mask != 0 {
+            let lane = entered.mask.trailing_zeros() as usize & (WIDTH - 1);
+            entered.mask &= entered.mask - 1;
+            let (child, interval) = (node.children[lane], [entered.near[lane], entered.far[lane]]);
+            if child & LEAF == 0 {
+                stack.push((child, interval[0], interval[1]));
+                continue;
+            }
+            let (corners, _) = &bvh.leaves[(child & !LEAF) as usize];
+            if within(&shear, origin, corners, 0, interval, ray.far).is_some() {
+                return true;
             }
         }
-        false
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::shapes;
+
+    #[test]
+    fn a_balanced_tree_finds_the_same_hits_and_has_few_levels() {
+        let mesh = shapes::torus_knot(2, 3, 0.35, 64, 8).unwrap();
+        let built = Bvh::new(&mesh);
+        let order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+        let other = Bvh::of(balanced(&order), corners(&mesh));
+        assert_eq!((levels(&other.nodes), levels(&[EMPTY])), (4, 1)); // 1,024 triangles
+        assert!((4..=LEVELS).contains(&levels(&built.nodes)), "{}", levels(&built.nodes));
+        let mut hits = 0;
+        for (from, to) in mesh.positions.iter().zip(mesh.positions.iter().rev()) {
+            let ray = Ray::new(*from * 1.5, *to - *from * 1.5);
+            assert_eq!(built.nearest(&ray), other.nearest(&ray));
+            hits += usize::from(other.blocked(&ray));
+        }
+        assert_eq!(hits, mesh.positions.len());
     }
 }

@@ -20,7 +20,7 @@ use glam::Vec3;
 
 /// How far an interval is widened, as a part of its ends: over six roundings of `f32`, which is more than its products
 /// and differences have.
-const PADDING: f32 = 5e-7;
+pub(super) const PADDING: f32 = 5e-7;
 
 /// The shear that makes the z axis of a direction (Woop et al. 2013, §3).
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +57,9 @@ impl Shear {
     /// A sheared point: where it lies across the direction, and how far along it.
     #[inline(always)]
     pub fn apply(&self, point: Vec3) -> [f64; 3] {
-        let [x, y, z] = self.axes.map(|axis| f64::from(point[axis]));
+        // (Here and below no `array::map`, which may stay a call.)
+        let (point, axes) = (point.to_array(), self.axes);
+        let (x, y, z) = (f64::from(point[axes[0]]), f64::from(point[axes[1]]), f64::from(point[axes[2]]));
         [x - self.by[0] * z, y - self.by[1] * z, z * self.by[2]]
     }
 }
@@ -66,8 +68,8 @@ impl Shear {
 /// third corner. None where it misses, where the triangle is seen edge-on, and where t is not above 0.
 #[inline(always)]
 pub fn meets(corners: &[[f64; 3]; 3], origin: [f64; 3]) -> Option<[f64; 3]> {
-    let [a, b, c] =
-        corners.map(|corner| [corner[0] - origin[0], corner[1] - origin[1], corner[2] - origin[2]]);
+    let moved = |corner: &[f64; 3]| [corner[0] - origin[0], corner[1] - origin[1], corner[2] - origin[2]];
+    let (a, b, c) = (moved(&corners[0]), moved(&corners[1]), moved(&corners[2]));
     let u = c[0] * b[1] - c[1] * b[0];
     let v = a[0] * c[1] - a[1] * c[0];
     let w = b[0] * a[1] - b[1] * a[0];
@@ -77,7 +79,7 @@ pub fn meets(corners: &[[f64; 3]; 3], origin: [f64; 3]) -> Option<[f64; 3]> {
     let sum = u + v + w;
     let t = (u * a[2] + v * b[2] + w * c[2]) / sum;
     // Not above 0, and not a number where the sum is 0.
-    (t > 0.0).then(|| [t, v / sum, w / sum])
+    if t > 0.0 { Some([t, v / sum, w / sum]) } else { None }
 }
 
 /// What the tests of boxes need of a ray.
@@ -135,7 +137,8 @@ pub(super) fn within(
     [near, far]: [f32; 2],
     most: f32,
 ) -> Option<Hit> {
-    let [t, u, v] = meets(&corners.map(|corner| shear.apply(corner)), origin)?;
+    let sheared = [shear.apply(corners[0]), shear.apply(corners[1]), shear.apply(corners[2])];
+    let [t, u, v] = meets(&sheared, origin)?;
     let t = clamp(t as f32, near, far);
     (t > 0.0 && t <= most).then_some(Hit { triangle, t, u: u as f32, v: v as f32 })
 }
