@@ -6,7 +6,7 @@ pub use truth::{TRUTH, Truth};
 
 use crate::Error;
 use crate::numeric::double;
-use crate::pass::{Axis, Info, Kept, Pass, Recorder, closure, execute};
+use crate::pass::{Axis, Buffer, Info, Kept, Pass, Recorder, closure, execute};
 use crate::scene::{Assets, Origin, Radiance, Scene, Solid, Source, Technique};
 use crate::sphere::environment::{Environment, Form, LatLong};
 use crate::sphere::probes;
@@ -16,6 +16,7 @@ use crate::world::light::Light;
 use crate::world::mesh::Mesh;
 use crate::world::{obj, shapes};
 use glam::{Mat3, Vec3};
+use serde_json::{Map, Value as Json};
 
 /// The most bytes that a request may need, as [`memory`] counts them.
 pub const MAX_MEMORY: u64 = 8 << 30;
@@ -357,6 +358,70 @@ impl Loaded {
             }
         };
         rendered.map_err(|error| scene.place(error))
+    }
+}
+
+/// What a bake depends on, by key, as texts: the scene's settings but for lights, camera and image, and the solid itself.
+pub fn baked_from(scene: &Scene, loaded: &Loaded) -> Map<String, Json> {
+    let tables = ["solid", "wave", "bend", "material", "surface", "prt"];
+    let counts = |key: &str| match key.split_once('.') {
+        Some((table, _)) => tables.contains(&table) && key != "prt.poses",
+        None => ["technique", "unit", "frame_rate"].contains(&key),
+    };
+    let settings = scene.settings.iter().filter(|(key, _)| counts(key));
+    let text = |value: &Json| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let mut from: Map<_, _> = settings.map(|(key, value)| (key.clone(), text(value).into())).collect();
+    let mut hasher = blake3::Hasher::new();
+    let solid = &loaded.solid;
+    for vector in solid.positions.iter().chain(&solid.normals) {
+        vector.to_array().iter().for_each(|value| {
+            hasher.update(&(value + 0.0).to_le_bytes());
+        });
+    }
+    solid.triangles.iter().flatten().for_each(|corner| {
+        hasher.update(&corner.to_le_bytes());
+    });
+    from.insert("vertices".into(), solid.positions.len().to_string().into());
+    from.insert("triangles".into(), solid.triangles.len().to_string().into());
+    from.insert("mesh".into(), hasher.finalize().to_hex().to_string().into());
+    from
+}
+
+/// Bakes a pose, the scene at time pose / `frame_rate`: the transfer of each vertex, by the names of the passes that make
+/// it ([`prt::stored`]). `recorder` is told of every pass that runs.
+///
+/// # Errors
+/// A scene of another technique than prt, a solid deformed out of range, what the recorder refuses.
+pub fn bake(
+    scene: &Scene,
+    loaded: &Loaded,
+    pose: u32,
+    recorder: &mut dyn Recorder,
+) -> Result<Vec<(&'static str, Buffer)>, Error> {
+    let scene = scene.at(f64::from(pose) / scene.frame_rate);
+    let mut kept = Kept::default();
+    let wanted = stored(&scene)?;
+    loaded.render(&scene, &wanted, &mut vec![&mut kept as &mut dyn Recorder, recorder])?;
+    Ok(kept
+        .0
+        .into_iter()
+        .filter(|(_, wanted, _)| *wanted)
+        .map(|(info, _, buffer)| (info.name, buffer))
+        .collect())
+}
+
+/// The passes that a bake of a scene stores.
+///
+/// # Errors
+/// A scene of another technique than prt.
+pub fn stored(scene: &Scene) -> Result<Vec<&'static str>, Error> {
+    match scene.technique {
+        Technique::Prt => Ok(prt::stored(&scene.surface, &scene.prt)),
+        other => Err(scene.place(
+            Error::new(format!("is {}, and only prt is baked", other.name()))
+                .key("technique")
+                .remedy("set it to prt; a light that is a point must become directional then"),
+        )),
     }
 }
 

@@ -40,7 +40,8 @@ fn rounded(direction: [f64; 3]) -> Vec3 {
 /// local frame, row·l is the radiance towards o. 0 for an exit that is not above the surface.
 ///
 /// The BRDF is evaluated in `f32` at 64 heights by 128 azimuths: exact to 10⁻⁶ of the largest for lobes as wide as those of
-/// Phong exponents up to about 60; sharper ones need more.
+/// Phong exponents up to about 60; sharper ones need more. Cook and Torrance's highlight at grazing exits is narrower than any
+/// step: that is 1.5 · 10⁻³ of the first entry of [`matrix`] at roughness 0.4.
 ///
 /// # Panics
 /// Where `bands` exceeds [`sh::MAX_BANDS`].

@@ -59,25 +59,22 @@ fn basis(directions: &Directions, bands: usize) -> Vec<f64> {
 /// Replaces the matrices of arriving light by X, those of leaving light in the world's frame.
 fn exits(mesh: &Mesh, bands: usize, brdf: &[[f32; 3]], matrices: &mut [f32]) {
     let functions = bands * bands;
-    parallel::for_each_chunk(matrices, functions * functions * 3, |vertex, matrix| {
+    let width = functions * 3;
+    parallel::for_each_chunk(matrices, functions * width, |vertex, matrix| {
         let [t, b, n] = frame(mesh.normals[vertex]);
         let back = [0, 1, 2].map(|axis| [t[axis], b[axis], n[axis]]);
         let rotation = Rotation::new(bands, back).expect("a frame is a rotation");
-        let mut column = vec![0.0; functions];
-        for j in 0..functions {
-            for channel in 0..3 {
-                for (k, sum) in column.iter_mut().enumerate() {
-                    *sum = (0..functions).fold(0.0, |sum, i| {
-                        let b = f64::from(brdf[k * functions + i][channel]);
-                        sum + b * f64::from(matrix[(i * functions + j) * 3 + channel])
-                    });
-                }
-                for (k, entry) in rotation.rotate(&column).into_iter().enumerate() {
-                    // A column is read whole before any of it is written, and no other column reads it.
-                    matrix[(k * functions + j) * 3 + channel] = entry as f32;
+        let mut leaving = vec![0.0; functions * width];
+        for (sums, factors) in leaving.chunks_exact_mut(width).zip(brdf.chunks_exact(functions)) {
+            for (factor, row) in factors.iter().zip(matrix.chunks_exact(width)) {
+                // An isotropic BRDF has few others.
+                if *factor != [0.0; 3] {
+                    add_coloured(sums, factor.map(f64::from), row);
                 }
             }
         }
+        let turned = rotation.rotate_columns(&leaving, width);
+        matrix.iter_mut().zip(turned).for_each(|(out, entry)| *out = entry as f32);
     });
 }
 
@@ -97,7 +94,6 @@ fn arrive(
     parallel::for_each_chunk(&mut arriving, RUN * functions * width, |run, rows| {
         let mut sums = vec![0.0; functions * width];
         let mut leaving = vec![0.0; width];
-        let mut turned = vec![0.0; functions];
         for (index, out) in rows.chunks_exact_mut(functions * width).enumerate() {
             let vertex = run * RUN + index;
             sums.fill(0.0);
@@ -122,14 +118,9 @@ fn arrive(
             let [scale, _] = meetings.scales(vertex, estimate);
             let share = scale * directions.weight();
             let rotation = Rotation::new(bands, frame(mesh.normals[vertex])).expect("a frame is a rotation");
-            for column in 0..width {
-                turned
-                    .iter_mut()
-                    .enumerate()
-                    .for_each(|(i, entry)| *entry = share * sums[i * width + column]);
-                for (i, entry) in rotation.rotate(&turned).into_iter().enumerate() {
-                    out[i * width + column] = entry as f32;
-                }
+            sums.iter_mut().for_each(|sum| *sum *= share);
+            for (out, entry) in out.iter_mut().zip(rotation.rotate_columns(&sums, width)) {
+                *out = entry as f32;
             }
         }
     });
@@ -143,6 +134,17 @@ wide! {
         let (p, q, r) = (factor * a.0, factor * b.0, factor * c.0);
         for (((sum, x), y), z) in sums.iter_mut().zip(a.1).zip(b.1).zip(c.1) {
             *sum += p * x + q * y + r * z;
+        }
+    }
+}
+
+wide! {
+    /// Adds a row of colours, times a colour.
+    fn add_coloured(sums: &mut [f64], factor: [f64; 3], row: &[f32]) {
+        for (sums, row) in sums.as_chunks_mut::<3>().0.iter_mut().zip(row.as_chunks::<3>().0) {
+            for channel in 0..3 {
+                sums[channel] += factor[channel] * f64::from(row[channel]);
+            }
         }
     }
 }

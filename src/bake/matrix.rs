@@ -47,14 +47,7 @@ impl Matrices {
         let mut product = vec![0.0; functions * functions];
         self.triple.product(coefficients, &mut product);
         let rotation = Rotation::new(self.bands, frame(normal)).expect("a frame is a rotation");
-        let mut matrix = vec![0.0; functions * functions];
-        // G is symmetric: its rows are its columns.
-        for (j, column) in product.chunks_exact(functions).enumerate() {
-            for (i, entry) in rotation.rotate(column).into_iter().enumerate() {
-                matrix[i * functions + j] = entry;
-            }
-        }
-        matrix
+        rotation.rotate_columns(&product, functions)
     }
 }
 

@@ -7,7 +7,9 @@
 //!   stands in the way, from either side, and 0 elsewhere;
 //! - the vector T with radiosity / π = ρ T·L ([`vectors`]; Nowrouzezahrai et al. 2007, §3; Sloan, Kautz and Snyder 2002);
 //! - the matrix M with M L the light that arrives, in the vertex's own frame ([`matrices`]; Feng et al. 2007, Eq. 5), and
-//!   the matrix B of a BRDF ([`brdf`]), so that the radiance towards o is y(o)·B M L.
+//!   the matrix B of a BRDF ([`brdf`]), so that the radiance towards o is y(o)·B M L;
+//! - what any number of bounces adds to either ([`diffuse_bounces`], [`glossy_bounces`]), along [`meetings`];
+//! - what scatters below the surface ([`multiple_scattering`], [`single_scattering`]).
 //!
 //! # Meshes that are no solids
 //!
@@ -19,7 +21,8 @@
 //! # Numbers
 //!
 //! Results are `f32`; sums run in `f64` in the order of the directions, so they are those of a plain loop, and what is off
-//! is the quadrature, not the arithmetic.
+//! is the quadrature, not the arithmetic: 4 · 10⁻⁵ of a coefficient of unshadowed irradiance with 8,192 directions, 1.4 · 10⁻³
+//! with 512, 10⁻² with 128. Of a concave mesh most of the error is the edges of shadows, which fall to 0.6 of it with each doubling.
 
 mod bounce;
 pub mod brdf;
@@ -30,6 +33,7 @@ mod matrix;
 mod project;
 mod scatter;
 mod single;
+pub mod store;
 mod triple;
 mod visibility;
 

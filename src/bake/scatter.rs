@@ -6,6 +6,9 @@
 //! the kernel has a closed integral: so where light spreads less than the mesh resolves, each vertex returns R_d of what it
 //! receives, as it should, and not the kernel's peak times any area.
 //!
+//! So the middle of an evenly lit sheet returns R_d where the cells are far below a mean free path 1/σ't or far above;
+//! between, points stand badly for cells, and up to a tenth is missing (most near one and a half mean free paths).
+//!
 //! The sum over all pairs is quadratic. Far vertices can be taken together in an octree (Jensen and Buhler 2002): a node
 //! whose area A at distance d spans less than `spread` = A/d² counts as one point, its irradiance weighted by area. `spread` = 0
 //! opens every node and is the sum over all pairs.

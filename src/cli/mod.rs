@@ -2,6 +2,7 @@
 //!
 //! Exit status: 0 done, 1 a check failed, 2 bad input or usage.
 
+mod bake;
 mod bless;
 mod diff;
 mod export;
@@ -42,6 +43,8 @@ struct Cli {
 enum Command {
     /// Render a scene: a picture, and the buffers of its passes
     Render(render::Arguments),
+    /// Precompute the radiance transfer of poses into a store of .npy files, or verify one
+    Bake(bake::Arguments),
     /// Render scenes and compare every pass with its golden, bit for bit
     Verify(verify::Arguments),
     /// Make what a scene now renders its golden, and record why
@@ -85,6 +88,7 @@ impl AssetFolder {
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Render(arguments) => arguments.run(),
+        Command::Bake(arguments) => arguments.run(),
         Command::Verify(arguments) => arguments.run(),
         Command::Bless(arguments) => arguments.run(),
         Command::Truth(arguments) => arguments.run(),

@@ -100,7 +100,7 @@ impl Arguments {
 }
 
 /// Reads `A..B`, at least one frame.
-fn frames(text: &str) -> Result<Range<u32>, String> {
+pub(super) fn frames(text: &str) -> Result<Range<u32>, String> {
     let ends =
         text.split_once("..").and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
     match ends {

@@ -15,6 +15,14 @@ const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 /// # Errors
 /// What the system refuses, naming the file.
 pub fn write(path: &Path, buffer: &Buffer) -> Result<(), Error> {
+    file::write(path, |out| {
+        out.write_all(&header(buffer))?;
+        out.write_all(&buffer.data.to_le_bytes())
+    })
+}
+
+/// What stands before the values of `buffer` in its file.
+pub fn header(buffer: &Buffer) -> Vec<u8> {
     let kind = match buffer.data {
         Data::F32(_) => "<f4",
         Data::U32(_) => "<u4",
@@ -25,12 +33,7 @@ pub fn write(path: &Path, buffer: &Buffer) -> Result<(), Error> {
     let unpadded = MAGIC.len() + 2 + header.len() + 1;
     header.extend(std::iter::repeat_n(' ', unpadded.next_multiple_of(64) - unpadded));
     header.push('\n');
-    file::write(path, |out| {
-        out.write_all(MAGIC)?;
-        out.write_all(&(header.len() as u16).to_le_bytes())?;
-        out.write_all(header.as_bytes())?;
-        out.write_all(&buffer.data.to_le_bytes())
-    })
+    [MAGIC, &(header.len() as u16).to_le_bytes(), header.as_bytes()].concat()
 }
 
 /// Reads what [`write()`] wrote, or NumPy did in the same two types and C order.

@@ -4,6 +4,7 @@
 
 use super::sh::MAX_BANDS;
 use crate::Error;
+use crate::numeric::lanes::wide;
 
 /// How far RᵀR may be from the identity, entry by entry: room for a matrix that was made in `f32`.
 const ORTHONORMALITY: f64 = 1e-6;
@@ -73,6 +74,35 @@ impl Rotation {
             }
         }
         rotated
+    }
+
+    /// [`Self::rotate`] of every column of a matrix of bands² rows of `width` items, all at once and with the same bits.
+    ///
+    /// # Panics
+    /// Where `matrix` has not bands² · `width` items.
+    pub fn rotate_columns(&self, matrix: &[f64], width: usize) -> Vec<f64> {
+        let bands = self.blocks.len();
+        assert_eq!(matrix.len(), bands * bands * width, "one row for each function");
+        let mut rotated = vec![0.0; matrix.len()];
+        for (l, block) in self.blocks.iter().enumerate() {
+            let band = l * l * width..(l + 1) * (l + 1) * width;
+            add_rows(&mut rotated[band.clone()], &block.entries, &matrix[band], width);
+        }
+        rotated
+    }
+}
+
+wide! {
+    /// Adds to each row of `sums` the rows of `matrix`, each times an entry of that row of `entries`.
+    fn add_rows(sums: &mut [f64], entries: &[f64], matrix: &[f64], width: usize) {
+        let size = sums.len() / width;
+        for (sums, entries) in sums.chunks_exact_mut(width).zip(entries.chunks_exact(size)) {
+            for (entry, row) in entries.iter().zip(matrix.chunks_exact(width)) {
+                for (sum, x) in sums.iter_mut().zip(row) {
+                    *sum += entry * x;
+                }
+            }
+        }
     }
 }
 
@@ -207,6 +237,17 @@ mod tests {
         // About x by +90°: y becomes z.
         let rotation = Rotation::new(2, [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]).unwrap();
         assert_eq!(rotation.rotate(&[5.0, 3.0, 0.0, 7.0]), [5.0, 0.0, 3.0, 7.0]);
+    }
+
+    #[test]
+    fn columns_rotate_as_vectors_do() {
+        let rotation = Rotation::new(5, matrix([0.3, -0.2, 0.9, 0.1])).unwrap();
+        let columns: Vec<f64> = (0..25 * 7).map(|i| f64::from(random::unit(5, i, 0, 0)) - 0.5).collect();
+        let rotated = rotation.rotate_columns(&columns, 7);
+        for column in 0..7 {
+            let pick = |of: &[f64]| of.iter().skip(column).step_by(7).copied().collect::<Vec<f64>>();
+            assert_eq!(rotation.rotate(&pick(&columns)), pick(&rotated));
+        }
     }
 
     #[test]

@@ -1,8 +1,7 @@
 //! A tree of boxes, eight to a node, over the triangles of a mesh.
 //!
-//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`Bvh::new`] pulls up the
-//! largest boxes until each node has eight. A child is a node or one triangle, so a triangle's own box is tested with
-//! those of its neighbours. The walk is ours: obvhs's is not conservative.
+//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`collapse`] makes
+//! nodes of eight of it. A child is a node or one triangle, so a triangle's own box is tested with those of its neighbours. The walk is ours: obvhs's is not conservative.
 
 use super::triangle::{Shear, Slabs, within};
 use super::{Hit, Ray};
@@ -172,30 +171,54 @@ impl Bvh {
     }
 }
 
-/// Eight children a node from two: of a node's children the one with the largest box is replaced by its own two until
-/// there are eight.
+/// Nodes of eight children from nodes of two, so that a ray is expected to test the fewest boxes: the cost of a subtree
+/// that may show itself as up to k children is the least over all ways to divide k among its two halves, or, as one child,
+/// its box's area plus the cost of its halves as eight (Ylitie, Karras and Laine 2017, §3.1).
 fn collapse(binary: &Bvh2) -> Vec<Node> {
-    let mut nodes = vec![EMPTY];
-    let mut open = vec![(0_usize, 0_usize)]; // a binary node and the node that it becomes
-    while let Some((from, to)) = open.pop() {
-        let root = &binary.nodes[from];
-        let mut children = if root.is_leaf() {
-            vec![from]
-        } else {
-            vec![root.first_index as usize, root.first_index as usize + 1]
-        };
-        while children.len() < WIDTH {
-            let area = |child: &usize| binary.nodes[*child].aabb().half_area();
-            let inner = (0..children.len()).filter(|lane| !binary.nodes[children[*lane]].is_leaf());
-            let Some(widest) = inner.max_by(|a, b| area(&children[*a]).total_cmp(&area(&children[*b])))
-            else {
-                break;
-            };
-            let first = binary.nodes[children[widest]].first_index as usize;
-            children[widest] = first;
-            children.push(first + 1);
+    let children = |node: usize| {
+        let first = binary.nodes[node].first_index as usize;
+        [first, first + 1]
+    };
+    // Parents before children.
+    let (mut order, mut open) = (Vec::with_capacity(binary.nodes.len()), vec![0]);
+    while let Some(node) = open.pop() {
+        order.push(node);
+        if !binary.nodes[node].is_leaf() {
+            open.extend(children(node));
         }
-        for (lane, child) in children.into_iter().enumerate() {
+    }
+    // For each k from 1: the least cost as up to k children, and how many of them are the first half's; 0 for fewer than k.
+    let mut plans = vec![[(0.0_f32, 0_u8); WIDTH]; binary.nodes.len()];
+    for node in order.iter().rev().copied().filter(|node| !binary.nodes[*node].is_leaf()) {
+        let [a, b] = children(node).map(|child| plans[child]);
+        for count in 2..=WIDTH {
+            let divided = (1..count).map(|first| (a[first - 1].0 + b[count - first - 1].0, first as u8));
+            let best =
+                divided.fold((f32::INFINITY, 0), |best, next| if next.0 < best.0 { next } else { best });
+            let fewer = plans[node][count - 2].0;
+            plans[node][count - 1] = if count > 2 && fewer <= best.0 { (fewer, 0) } else { best };
+        }
+        plans[node][0] = (binary.nodes[node].aabb().half_area() + plans[node][WIDTH - 1].0, 0);
+    }
+    let mut nodes = vec![EMPTY];
+    let mut open = vec![(0, 0)]; // a binary node and the node that it becomes
+    while let Some((from, to)) = open.pop() {
+        let mut shown = Vec::with_capacity(WIDTH);
+        // Subtrees, and as how many children each may show itself.
+        let mut parts = vec![(from, WIDTH)];
+        while let Some((node, mut count)) = parts.pop() {
+            while count > 2 && plans[node][count - 1].1 == 0 && !binary.nodes[node].is_leaf() {
+                count -= 1;
+            }
+            if binary.nodes[node].is_leaf() || (count == 1 && node != from) {
+                shown.push(node);
+            } else {
+                let first = usize::from(plans[node][count - 1].1);
+                let [a, b] = children(node);
+                parts.extend([(b, count - first), (a, first)]);
+            }
+        }
+        for (lane, child) in shown.into_iter().enumerate() {
             let node = &binary.nodes[child];
             nodes[to].children[lane] = if node.is_leaf() {
                 LEAF | binary.primitive_indices[node.first_index as usize]

@@ -6,6 +6,7 @@ mod bounces;
 mod matrices;
 mod odd;
 mod scattering;
+mod truth;
 mod twin;
 mod vectors;
 

@@ -64,6 +64,14 @@ pub fn computes(pass: &str, surface: &Brdf, settings: &Settings) -> bool {
     }
 }
 
+/// The passes that a bake of such a surface under such settings stores: what each vertex sees, and its transfer.
+pub fn stored(surface: &Brdf, settings: &Settings) -> Vec<&'static str> {
+    // What bounces add to is in `bounced` too.
+    let matrices = if computes("prt.bounced", surface, settings) { "prt.bounced" } else { "prt.matrices" };
+    let all = ["prt.visibility", "prt.vectors", matrices, "prt.scattered"];
+    all.into_iter().filter(|pass| computes(pass, surface, settings)).collect()
+}
+
 /// A solid, what lights it, and who looks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {

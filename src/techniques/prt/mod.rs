@@ -27,7 +27,7 @@ mod vectors;
 mod visibility;
 
 pub use exits::EXITS;
-pub use frame::{Frame, Light, Settings, Subsurface, computes};
+pub use frame::{Frame, Light, Settings, Subsurface, computes, stored};
 
 use crate::pass::Pass;
 

@@ -43,7 +43,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let here = Path::new("tests/peers/mitsuba");
     let mut command = Command::new(folder.join("venv/bin/python"));
     let mut peer = Peer::start(command.arg(here.join("peer.py")).arg(&folder), "Mitsuba")?;
-    println!("Peer: {}, {} passes of {} samples a pixel; bitlight: {SAMPLES}.\n", peer.name, PASSES[0], PASSES[1]);
+    println!(
+        "Peer: {}, {} passes of {} samples a pixel; bitlight: {SAMPLES}.\n",
+        peer.name, PASSES[0], PASSES[1]
+    );
     println!(
         "| scene | tests | pass | largest \\|t\\| | allowed | mean t² | mean of all pixels, bitlight less Mitsuba, in \
          thousandths | M samples/s, bitlight | Mitsuba | ratio of CPU time |"
@@ -94,5 +97,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn estimates(bytes: &[u8]) -> Vec<Estimate> {
     let values: Vec<f64> = bytes.as_chunks().0.iter().map(|value| f64::from_ne_bytes(*value)).collect();
     let (means, variances) = values.split_at(values.len() / 2);
-    means.as_chunks().0.iter().zip(variances.as_chunks().0).map(|(mean, variance)| [*mean, *variance]).collect()
+    means
+        .as_chunks()
+        .0
+        .iter()
+        .zip(variances.as_chunks().0)
+        .map(|(mean, variance)| [*mean, *variance])
+        .collect()
 }

@@ -77,7 +77,9 @@ impl Table {
                     direction: vector(&light["direction"]).normalize(),
                     irradiance: vector(&light["irradiance"]),
                 }),
-                Some("constant") => lights.environments.push(Environment::Constant(vector(&light["radiance"]))),
+                Some("constant") => {
+                    lights.environments.push(Environment::Constant(vector(&light["radiance"])))
+                }
                 _ => lights.environments.push(Environment::Harmonics {
                     bands: 3,
                     coefficients: items(&light["coefficients"]).map(|rgb| vector(rgb).to_array()).collect(),
@@ -119,7 +121,10 @@ impl Table {
 pub(crate) fn mean(estimates: &[Estimate]) -> Estimate {
     let count = estimates.len() as f64;
     let add = |which: usize, channel: usize| estimates.iter().fold(0.0, |sum, one| sum + one[which][channel]);
-    [[0, 1, 2].map(|channel| add(0, channel) / count), [0, 1, 2].map(|channel| add(1, channel) / (count * count))]
+    [
+        [0, 1, 2].map(|channel| add(0, channel) / count),
+        [0, 1, 2].map(|channel| add(1, channel) / (count * count)),
+    ]
 }
 
 /// What came of many tests whether two means are the same.

@@ -1,0 +1,218 @@
+//! The store of a bake as processes meet it: killed, beside one another, damaged, refused.
+#![cfg(feature = "cli")]
+
+use bitlight::numeric::random::unit;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+const SCENE: &str = r#"technique = "prt"
+frame_rate = 8
+image = { width = 8, height = 8 }
+camera = { position = [0, 0, 6] }
+solid = { shape = "cuboid", resolution = 6 }
+bend = { angle = 60 }
+prt = { directions = 64, bounces = 1, poses = 8 }
+light = [{ kind = "environment", radiance = [1, 1, 1] }]
+"#;
+
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let place = Self(tempfile::tempdir().unwrap());
+        std::fs::write(place.0.path().join("a.toml"), SCENE).unwrap();
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self, store: &str, more: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bitlight"));
+        command.arg("bake").arg(self.path("a.toml")).arg("-o").arg(self.path(store)).args(more);
+        command.env_remove("BITLIGHT_ASSETS").stdin(Stdio::null()).stdout(Stdio::null());
+        command.arg("--threads=2").stderr(Stdio::piped());
+        command
+    }
+
+    fn bake(&self, store: &str, more: &[&str]) -> Output {
+        self.command(store, more).stdout(Stdio::piped()).output().unwrap()
+    }
+
+    fn check(&self, store: &str) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bitlight"));
+        command.args(["bake", "--check"]).arg(self.path(store)).output().unwrap()
+    }
+
+    fn bytes(&self, store: &str) -> BTreeMap<String, Vec<u8>> {
+        files(&self.path(store))
+    }
+}
+
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    let name = |entry: &std::fs::DirEntry| entry.file_name().into_string().unwrap();
+    entries.map(|entry| (name(&entry), std::fs::read(entry.path()).unwrap())).collect()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn done(output: &Output) -> String {
+    assert!(output.status.success(), "{}", stderr(output));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn assert_refused(output: &Output, parts: &[&str]) {
+    let text = stderr(output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.starts_with("error: ") && text.lines().count() == 1 && text.contains("; "), "{text}");
+    parts.iter().for_each(|part| assert!(text.contains(part), "{part:?} is not in {text}"));
+}
+
+#[test]
+fn a_bake_that_is_killed_twenty_times_ends_in_the_same_bytes() {
+    let place = Place::new();
+    done(&place.bake("whole", &[]));
+    let whole = place.bytes("whole");
+    assert_eq!(whole.len(), 3 + 8 * 2);
+    let (mut kills, mut round, mut attempts) = (0, 0, 0);
+    let mut torn = 0; // kills that left a file half written or a pose without its lines
+    while kills < 20 {
+        let store = format!("store{round}");
+        let mut child = place.command(&store, &[]).spawn().unwrap();
+        // From before the first file to about the end: what a whole bake takes differs by machine, so any may be short.
+        std::thread::sleep(Duration::from_micros((unit(5, attempts, 0, 0) * 120_000.0) as u64));
+        attempts += 1;
+        assert!(attempts < 2000, "a bake is over before it can be killed");
+        if child.try_wait().unwrap().is_some() {
+            assert_eq!(place.bytes(&store), whole, "finished in time");
+            round += 1;
+            continue;
+        }
+        child.kill().unwrap(); // SIGKILL
+        child.wait().unwrap();
+        kills += 1;
+        if place.path(&store).join("manifest.json").exists() {
+            done(&place.check(&store));
+            let names: Vec<_> = place.bytes(&store).into_keys().collect();
+            torn += usize::from(names.iter().any(|name| name.ends_with(".tmp")) || names.len() % 2 == 0);
+        }
+    }
+    for round in 0..=round {
+        done(&place.bake(&format!("store{round}"), &[]));
+        assert_eq!(place.bytes(&format!("store{round}")), whole, "resumed, nothing left over");
+    }
+    println_past(&format!("{kills} kills in {attempts} bakes, {torn} of them amid a pose's files"));
+}
+
+/// Says so past the test harness, which would keep the output of a passing test to itself.
+fn println_past(text: &str) {
+    use std::io::Write;
+    writeln!(std::io::stderr(), "{text}").unwrap();
+}
+
+#[test]
+fn parts_one_after_the_other_or_at_the_same_time_are_the_whole() {
+    let place = Place::new();
+    done(&place.bake("whole", &[]));
+    assert!(done(&place.bake("parts", &["--poses", "3..8"])).contains("5 baked; 5 poses"));
+    assert!(done(&place.bake("parts", &["--poses", "0..4"])).contains("3 baked, 1 were there; 8 poses"));
+    assert_eq!(place.bytes("parts"), place.bytes("whole"));
+    assert!(done(&place.bake("parts", &[])).contains("0 baked, 8 were there"));
+    // Overlapping, so that some poses are baked by both.
+    for attempt in 0..3 {
+        let store = format!("both{attempt}");
+        let ranges = ["0..5", "3..8", "2..6"];
+        let children = ranges.map(|poses| place.command(&store, &["--poses", poses]).spawn().unwrap());
+        for child in children {
+            let output = child.wait_with_output().unwrap();
+            assert!(output.status.success(), "{}", stderr(&output));
+        }
+        assert_eq!(place.bytes(&store), place.bytes("whole"));
+    }
+    let threads = place.bake("threads", &["--set", "image.width=9", "--set", "camera.fov=20"]);
+    done(&threads);
+    assert_eq!(place.bytes("threads"), place.bytes("whole"), "the camera has no part in it");
+}
+
+#[test]
+fn what_is_damaged_is_refused_by_name_and_repaired() {
+    let place = Place::new();
+    done(&place.bake("store", &["--poses", "0..2"]));
+    let whole = place.bytes("store");
+    let file = place.path("store/pose.0001.vectors.npy");
+    let mut bytes = std::fs::read(&file).unwrap();
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    std::fs::write(&file, &bytes).unwrap();
+    assert_refused(&place.check("store"), &["pose.0001.vectors.npy: has other values", "--repair"]);
+    assert_refused(&place.bake("store", &["--poses", "0..2"]), &["pose.0001.vectors.npy", "--repair"]);
+    std::fs::remove_file(&file).unwrap();
+    assert_refused(&place.check("store"), &["pose.0001.vectors.npy: is not there"]);
+    assert!(done(&place.bake("store", &["--poses", "0..2", "--repair"])).contains("1 baked, 1 were there"));
+    assert_eq!(place.bytes("store"), whole);
+
+    let manifest = place.path("store/manifest.json");
+    for text in ["", "{}", "null", "[1]", "{\"poses\": [{}]}", "\u{fffd}"] {
+        std::fs::write(&manifest, text).unwrap();
+        assert_refused(&place.check("store"), &["manifest.json: is damaged, or no manifest"]);
+        assert_refused(&place.bake("store", &[]), &["manifest.json"]);
+        assert_eq!(std::fs::read(&manifest).unwrap(), text.as_bytes(), "nothing is written over it");
+    }
+    let deep = "[".repeat(100_000);
+    std::fs::write(&manifest, deep).unwrap();
+    assert_refused(&place.check("store"), &["manifest.json: is damaged"]);
+    std::fs::remove_file(&manifest).unwrap();
+    std::fs::create_dir(&manifest).unwrap();
+    assert_refused(&place.bake("store", &[]), &["manifest.json"]);
+}
+
+#[test]
+fn what_cannot_be_baked_is_refused_and_leaves_nothing() {
+    let place = Place::new();
+    done(&place.bake("store", &["--poses", "0..1"]));
+    let whole = place.bytes("store");
+    let other = place.bake("store", &["--set", "prt.bands=4"]);
+    assert_refused(&other, &["manifest.json: was baked with prt.bands = 5, and the scene has 4", "-o"]);
+    assert_eq!(place.bytes("store"), whole);
+    // More poses belong to the same store.
+    done(&place.bake("store", &["--set", "prt.poses=9", "--poses", "0..1"]));
+    let bent = place.bake("none", &["--set", "bend.angle=3600", "--poses", "2..3"]);
+    assert_refused(&bent, &["a.toml: bend.angle: pose 2: bends the solid into itself"]);
+    assert_refused(
+        &place.bake("never", &["--set", "technique=translucency"]),
+        &["technique", "only prt is baked"],
+    );
+    assert_refused(&place.bake("never", &["--set", "light[0].kind=point"]), &["light[0]"]);
+    assert_refused(
+        &place.bake(
+            "never",
+            &[
+                "--set",
+                "solid.shape=sphere",
+                "--set",
+                "solid.resolution=1000",
+                "--set",
+                "surface.highlight=phong",
+                "--set",
+                "prt.bands=10",
+            ],
+        ),
+        &["a.toml: prt.bands: the passes need", "over 8 GiB"],
+    );
+    assert!(!place.path("never").exists());
+    for poses in ["3..3", "4..1", "a..b", "-1..2", "0..99999999999", "1"] {
+        let output = place.bake("never", &[&format!("--poses={poses}")]);
+        assert_eq!(output.status.code(), Some(2), "{poses}: {}", stderr(&output));
+    }
+    assert_refused(&place.bake("a.toml", &[]), &["a.toml: cannot be made"]);
+    assert_refused(&place.check("never"), &["never: is no store"]);
+    assert_refused(&place.check("a.toml"), &["a.toml"]);
+    let far = done(&place.bake("far", &["--poses", "4294967294..4294967295"]));
+    assert!(far.contains("pose 4294967294: "), "{far}");
+}
