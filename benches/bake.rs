@@ -54,7 +54,7 @@ fn table(file: Option<&str>, count: usize) {
             println!("{:40} {:9.2}", format!("vectors, {bands} bands, {estimate:?}"), time(vertices, of));
         }
     }
-    let some = if vertices < 2000 { vertices } else { 2000 };
+    let some = if vertices < 10_000 { vertices } else { 10_000 };
     for bands in [3, 5, 6] {
         for estimate in [Estimate::Plain, Estimate::Control] {
             let of = || matrices(&mesh, &directions, &seen, bands, estimate, 0..some);

@@ -548,6 +548,21 @@ mod tests {
                 assert_eq!(buffer(&scene, info, 0).1, 4 * made.data.len() as u64, "{}", info.name);
             }
         }
+        let prt = SCENE.split("light = ").next().unwrap().replace("translucency", "prt")
+            + "light = [{ kind = \"environment\", radiance = [1, 1, 1] }]\nprt = { bands = 3, directions = 40 }\n";
+        let glossy = ["surface.highlight=phong", "prt.bounces=1", "prt.subsurface=dipole"];
+        for set in [&[][..], &glossy[..1], &glossy] {
+            let set: Vec<_> = set.iter().map(|set| (*set).to_owned()).collect();
+            let scene = Scene::parse(&prt, "a.toml".as_ref(), &set).unwrap();
+            let all = wanted(scene.technique, "all").unwrap();
+            let loaded = Loaded::new(&scene, &Assets::default(), &all).unwrap();
+            let mut kept = Kept::default();
+            loaded.render(&scene, &all, &mut kept).unwrap();
+            for (info, _, made) in &kept.0 {
+                let expected = buffer(&scene, info, loaded.solid.positions.len()).1;
+                assert_eq!(expected, 4 * made.data.len() as u64, "{} under {set:?}", info.name);
+            }
+        }
     }
 
     #[test]

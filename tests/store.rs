@@ -113,7 +113,8 @@ fn a_bake_that_is_killed_twenty_times_ends_in_the_same_bytes() {
 /// Says so past the test harness, which would keep the output of a passing test to itself.
 fn println_past(text: &str) {
     use std::io::Write;
-    writeln!(std::io::stderr(), "{text}").unwrap();
+    let mut screen = std::io::stderr();
+    writeln!(screen, "{text}").unwrap();
 }
 
 #[test]

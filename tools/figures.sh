@@ -8,7 +8,7 @@ usage() {
 tools/figures.sh [-o FOLDER] [teaser] [5] [6] [7] [8] [9] [10] [11] [12] [13]
 
 Makes pictures after figures of the translucency paper, all of them if no number is given, from the scenes
-scenes/assets/translucency/figure-NUMBER.toml and teaser.toml. They need the Stanford models, in the folder that the variable
+scenes/assets/translucency/figure-NUMBER.toml and teaser.toml, 13b from scenes/assets/prt/. They need the Stanford models, in the folder that the variable
 BITLIGHT_ASSETS names. FOLDER is target/figures if not given; figure-NUMBER.png is the picture, FOLDER/parts has
 the images that it is made of.
 
@@ -21,7 +21,7 @@ the images that it is made of.
   10  a: direct light only, b: with light scattered in the solid
   11  the same of the bunny
   12  three frames of a sine deformer
-  13  a alone: b is precomputed radiance transfer
+  13  a: this technique, b: precomputed radiance transfer with the dipole, its lights made distant
 
 Example: BITLIGHT_ASSETS=~/models tools/figures.sh 6
 HELP
@@ -96,7 +96,8 @@ figure_8() {
 
 figure_13() {
   render figure-13 13a
-  join 13 13a/figure-13.exr --label "a this technique"
+  render ../prt/figure-13 13b
+  join 13 13{a,b}/figure-13.exr --label "a this technique" --label "b radiance transfer"
 }
 
 figure_9() {

@@ -281,10 +281,11 @@ mod tests {
     /// Lambert's B is the outer product of the hemisphere's coefficients and the cosine's.
     #[test]
     fn a_lambertian_matrix_is_an_outer_product() {
-        let rule = sh::sphere_rule(60);
+        // An even number of heights: none lies on the horizon.
+        let rule = sh::sphere_rule(62);
         let b = brdf_matrix(|_, o| if o[2] > 0.0 { 1.0 / PI } else { 0.0 }, 2, &rule);
         // ∫ y_00 over the hemisphere is √π, that of cos y_00 is √π/2.
-        assert!((b[0] - 0.5).abs() < 1e-2, "{}", b[0]);
+        assert!((b[0] - 0.5).abs() < 1e-3, "{}", b[0]);
         assert!(b[1].abs() < 1e-12 && b[3].abs() < 1e-12);
     }
 }

@@ -35,13 +35,13 @@ impl Sample {
         bits
     }
 
-    /// The [`unit`] of the next dimension.
+    /// The [`unit()`] of the next dimension.
     #[inline]
     pub fn unit(&mut self) -> f32 {
         fraction(self.bits())
     }
 
-    /// The [`unit`]s of the next two dimensions.
+    /// The [`unit()`]s of the next two dimensions.
     #[inline]
     pub fn pair(&mut self) -> [f32; 2] {
         [self.unit(), self.unit()]

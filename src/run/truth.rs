@@ -6,8 +6,10 @@ use crate::numeric::order::max;
 use crate::pass::{Axis, Buffer, Info, RGB};
 use crate::scene::{Assets, Model, Scene, Source, Technique};
 use crate::sphere::environment::{Environment, Form};
+use crate::sphere::sh;
 use crate::truth::{self, Caster, Identity, Lights, Map, Normals, Sums, Volume};
 use crate::world::brdf::Brdf;
+use glam::Vec3;
 use serde_json::json;
 
 /// Mean and variance, in this order: what a ground truth hands to recorders, as passes do.
@@ -116,8 +118,8 @@ impl Truth {
 }
 
 impl Loaded {
-    /// The lights of the scene that this was loaded for, as the ground truth sees them: environments as they are, or with
-    /// the bands of `truth.bands`.
+    /// The lights of the scene that this was loaded for, as the ground truth sees them: as they are, or where `truth.bands`
+    /// is not 0, environments and directions projected to so many bands, as prt lights with them.
     pub fn lights(&self, scene: &Scene) -> Lights {
         let mut lights = Lights { draw: true, ..Lights::default() };
         for (index, source) in scene.lights.iter().enumerate() {
@@ -125,8 +127,11 @@ impl Loaded {
                 Source::Point { position, intensity } => {
                     lights.casters.push(Caster::Point { position, intensity });
                 }
-                Source::Directional { direction, irradiance } => {
+                Source::Directional { direction, irradiance } if scene.truth.bands == 0 => {
                     lights.casters.push(Caster::Directional { direction, irradiance });
+                }
+                Source::Directional { direction, irradiance } => {
+                    lights.environments.push(lobe(scene.truth.bands, direction, irradiance));
                 }
                 Source::Environment { .. } => {
                     let seen = self.environment(index).map(|all| environment(all, scene.truth.bands));
@@ -148,6 +153,14 @@ fn environment(all: &Environment, bands: usize) -> truth::Environment {
         Form::Map(map) if bands == 0 => truth::Environment::Map(Map::new(map.clone(), all.scale)),
         _ => harmonics(bands),
     }
+}
+
+/// Parallel light in a few bands: Σ Y_lm(−d) Y_lm, times its irradiance.
+fn lobe(bands: usize, direction: Vec3, irradiance: Vec3) -> truth::Environment {
+    let mut basis = vec![0.0; bands * bands];
+    sh::evaluate(bands, (-direction).as_dvec3().to_array(), &mut basis);
+    let coefficients = basis.iter().map(|value| (irradiance * *value as f32).to_array()).collect();
+    truth::Environment::Harmonics { bands, coefficients }
 }
 
 /// The surface model; `bounces` are those between points of the solid, as `prt.bounces` counts, without the reflection to

@@ -518,7 +518,7 @@ pub const KEYS: &[Key] = &[
         Kind::Whole(0.0, 32.0),
         Some("0"),
         "",
-        "Bands to which the ground truth sees an environment; 0 for the environment itself.",
+        "Bands to which the ground truth sees environments and directions of light; 0 for the lights themselves.",
     ),
     key(
         "truth",

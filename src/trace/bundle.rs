@@ -3,7 +3,7 @@
 //! Rays of one direction share the shear of [`super::triangle`], so asking which of them are blocked is rasterising the
 //! sheared triangles, nearer ones or not, against the sheared points in place of pixels. The points are sorted into the
 //! cells of a grid; each triangle is held against the points in the cells of its box, eight at a time, in `f32`. Sheared
-//! coordinates, scaled to ±2, are rounded once from `f64`, so the three edge functions are off by at most [`SLACK`] times
+//! coordinates, scaled to ±2, are rounded once from `f64`, so the three edge functions are off by at most `SLACK` times
 //! the triangle's width: a point beyond that on the inner side of all three and in front of the triangle is blocked, one
 //! beyond it on the outer side of any is not, and for the few between [`hit`] decides. So the bits are those of single rays.
 

@@ -10,7 +10,7 @@
 //! corner of a triangle has exactly t = 0 there and does not meet it.
 //!
 //! A triangle that a ray passes in its own plane can have edge functions that are rounding alone. So a hit must also lie
-//! in the triangle's box: the test of [`interval`] is part of what a hit is, and `t` is held to that interval. A box around
+//! in the triangle's box: the test of `interval` is part of what a hit is, and `t` is held to that interval. A box around
 //! others gives an interval around theirs, since rounding is monotone: that makes the walk through any tree of boxes give
 //! the bits of a loop over all triangles.
 

@@ -33,7 +33,7 @@ impl Alias {
 
     /// The index that 64 random bits pick.
     pub(super) fn pick(&self, bits: u64) -> usize {
-        let index = (u128::from(bits) * self.cells.len() as u128 >> 64) as usize;
+        let index = ((u128::from(bits) * self.cells.len() as u128) >> 64) as usize;
         let (threshold, other) = self.cells[index];
         // The low bits: the high ones chose the cell.
         if (bits as u32) < threshold { index } else { other as usize }

@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn no_triangle_is_nearer_and_the_middle_of_a_ball_is_known_to_be_clear() {
         for (mesh, middle) in [
-            (shapes::sphere(9).unwrap(), 0.9),
+            (shapes::sphere(9).unwrap(), 0.8),
             (shapes::torus_knot(2, 3, 0.3, 80, 9).unwrap(), 0.0),
             (shapes::cuboid(Vec3::new(1.0, 0.001, 0.3), 2).unwrap(), 0.0),
         ] {

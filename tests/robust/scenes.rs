@@ -132,6 +132,89 @@ fn tables_and_keys_that_are_none_are_refused() {
 }
 
 #[test]
+fn what_prt_the_bend_and_the_truth_cannot_take_is_refused() {
+    let prt = SCENE
+        .replace("\"translucency\"", "\"prt\"")
+        .replace("\"point\"", "\"directional\"")
+        .replace("position = [0, 3, 3]", "direction = [0, -1, 0]")
+        .replace("intensity", "irradiance");
+    let cases = [
+        ("prt.bands=0", "prt.bands: is 0, and takes a whole number from 1 to 10"),
+        ("prt.bands=11", "prt.bands: is 11"),
+        ("prt.bands=2.5", "prt.bands: is 2.5"),
+        ("prt.directions=0", "prt.directions: is 0"),
+        ("prt.directions=65537", "prt.directions: is 65537"),
+        ("prt.bounces=65", "prt.bounces: is 65"),
+        ("prt.poses=0", "prt.poses: is 0"),
+        (
+            "prt.method=montecarlo",
+            "prt.method: is \"montecarlo\", and takes one of \"control\", \"quadrature\"",
+        ),
+        ("prt.subsurface=single", "prt.subsurface: is \"single\""),
+        ("prt.band=3", "did you mean bands?"),
+        ("surface.albedo=[1,1.5,1]", "surface.albedo: is [1, 1.5, 1], and takes three numbers from 0 to 1"),
+        ("surface.albedo=[1,nan,1]", "surface.albedo: is [1, NaN, 1]"),
+        ("surface.specular=0.5", "surface.specular: is 0.5"),
+        ("surface.highlight=shiny", "surface.highlight: is \"shiny\""),
+        ("surface.exponent=-1", "surface.exponent: is -1"),
+        ("surface.roughness=0", "surface.roughness: is 0"),
+        ("bend.length=0", "bend.length: is 0"),
+        ("bend.period=-1", "bend.period: is -1"),
+        ("bend.angle=inf", "bend.angle: is inf"),
+        ("truth.model=volume", "truth.model: is \"volume\""),
+        ("truth.bands=33", "truth.bands: is 33"),
+        ("truth.bounces=10001", "truth.bounces: is 10001"),
+        ("truth.anisotropy=1", "truth.anisotropy: is 1"),
+        ("technique=truth", "technique: is \"truth\", and takes one of \"translucency\", \"prt\""),
+    ];
+    assert!(Scene::parse(&prt, Path::new("a.toml"), &[]).is_ok());
+    for (set, expected) in cases {
+        let text = refusal(&prt, &[set]);
+        assert!(text.contains(expected), "{set}: {text}");
+    }
+    let point = refusal(SCENE, &["technique=prt"]);
+    assert!(
+        point.starts_with("a.toml:11: light[0].kind: is point, and prt takes light from far away"),
+        "{point}"
+    );
+}
+
+#[test]
+fn prt_at_the_ends_of_its_keys_is_a_picture_or_an_error() {
+    let head = SCENE.split("[[light]]").next().unwrap().replace("\"translucency\"", "\"prt\"");
+    let prt = head + "[[light]]\nkind = \"environment\"\nradiance = [1, 1, 1]\n";
+    let cases: [&[&str]; 12] = [
+        &["prt.bands=1"],
+        &["prt.bands=10", "prt.directions=9"],
+        &["prt.bands=10", "surface.highlight=phong", "solid.resolution=2"],
+        &["prt.directions=1", "prt.bounces=64"],
+        &["prt.directions=1", "prt.bounces=2", "surface.highlight=cook-torrance", "surface.roughness=0.01"],
+        &["prt.bounces=64", "surface.albedo=[1,1,1]"],
+        &["surface.highlight=phong", "surface.exponent=1e4", "surface.specular=[1,1,1]"],
+        &["prt.subsurface=dipole", "unit=m"],
+        &["prt.subsurface=dipole", "unit=mm", "solid.size=1e6"],
+        &["solid.extents=[1,1e-5,1]", "prt.subsurface=dipole"],
+        &["solid.size=1e-9", "unit=mm", "prt.subsurface=dipole", "camera.position=[0,0,4e-9]"],
+        &["bend.angle=36e3", "bend.length=1e12", "time=0.25"],
+    ];
+    for set in cases {
+        let place = Place::new(&prt);
+        let sets: Vec<_> = set.iter().flat_map(|set| ["--set", set]).collect();
+        let output = place.render(&[&["--passes", "all"], &sets[..]].concat());
+        assert!(output.status.success(), "{set:?}: {}", super::stderr(&output));
+    }
+    let large =
+        ["--set", "solid.shape=sphere", "--set", "solid.resolution=500", "--set", "surface.highlight=phong"];
+    let place = Place::new(&prt);
+    assert_refused(
+        &place.render(&large),
+        &["a.toml: prt.bands: the passes need", "solid.resolution"],
+        "matrices",
+    );
+    assert_eq!(place.out(), [""; 0]);
+}
+
+#[test]
 fn nesting_and_size_cannot_exhaust_the_reader() {
     let begun = Instant::now();
     let deep = 200_000;

@@ -99,6 +99,29 @@ fn another_scenes_state_is_refused_and_stays() {
 }
 
 #[test]
+fn a_state_is_of_the_files_that_the_scene_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let scene =
+        std::fs::read_to_string(KNOT).unwrap().replace("probe = \"eucalyptus\"", "file = \"sky.hdr\"");
+    std::fs::write(path("mine.toml"), scene).unwrap();
+    let sky = |red: u8| {
+        let texels = [[red, 128, 128, 128]; 2];
+        let bytes = [b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n", texels.as_flattened()].concat();
+        std::fs::write(path("sky.hdr"), bytes).unwrap();
+    };
+    let mine = path("mine.toml");
+    let assets = folder.path().to_string_lossy().into_owned();
+    let run = |spp: &str| truth(&mine.to_string_lossy(), folder.path(), &["--assets", &assets, "--spp", spp]);
+    sky(128);
+    done(&run("2"));
+    done(&run("3"));
+    sky(129);
+    let said = refused(&run("4"));
+    assert!(said.contains("a model or an environment was another then"), "{said}");
+}
+
+#[test]
 fn a_light_that_a_medium_cannot_have_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let medium = ["--spp", "2", "--set", "truth.model=medium"];

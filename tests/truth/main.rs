@@ -9,6 +9,7 @@ mod brdf;
 mod command;
 mod dipole;
 mod medium;
+mod prt;
 mod sums;
 mod surface;
 

@@ -55,3 +55,25 @@ fn rays_go_through_the_pixels_of_the_passes() {
         );
     }
 }
+
+#[test]
+fn the_variance_is_that_of_the_mean() {
+    // Uniform numbers have a variance of 1/12; of constants there is none, though their squares round.
+    let mut sums = Sums::new(2);
+    sums.advance(50_000, |element, random| {
+        let unit = random.unit();
+        if element == 0 { Vec3::new(unit, 3.0 * unit, 0.1) } else { Vec3::ZERO }
+    });
+    let variance = sums.variance(0).map(|variance| variance * 50_000.0 * 12.0);
+    assert!((variance[0] - 1.0).abs() < 0.02 && (variance[1] / 9.0 - 1.0).abs() < 0.02, "{variance:?}");
+    assert!(variance[2] < 1e-9 && sums.variance(1) == [0.0; 3]);
+    let mut two = Sums::new(1);
+    two.advance(2, |_, random| Vec3::splat(random.unit()));
+    let [a, b] = [0, 1].map(|number| {
+        let mut one = Sums::new(1);
+        one.advance(number + 1, |_, random| Vec3::splat(random.unit()));
+        one.values[0][0]
+    });
+    let (a, b) = (a, b - a);
+    assert!((two.variance(0)[0] - (a - b) * (a - b) / 4.0).abs() < 1e-15);
+}
