@@ -354,14 +354,22 @@ pub(super) fn nearest(bvh: &Bvh, ray: &Ray, enter: impl Fn(&Node, &Slabs, f32) -
     let mut best: Option<Hit> = None;
     let mut most = ray.far;
     let mut stack = Stack::new();
-    while let Some((child, enters, leaves)) = stack.pop() {
+    'walk: while let Some((mut child, mut enters, mut leaves)) = stack.pop() {
         if enters > most {
             continue;
         }
-        if child & LEAF == 0 {
+        while child & LEAF == 0 {
             let node = &bvh.nodes[child as usize];
-            stack.add(node, enter(node, &slabs, most));
-            continue;
+            let entered = enter(node, &slabs, most);
+            // Most often one box is left: no need to put it on the stack.
+            let lane = entered.mask.trailing_zeros() as usize & (WIDTH - 1);
+            if entered.mask & entered.mask.wrapping_sub(1) != 0 {
+                stack.add(node, entered);
+            } else if entered.mask != 0 {
+                (child, enters, leaves) = (node.children[lane], entered.near[lane], entered.far[lane]);
+                continue;
+            }
+            continue 'walk;
         }
         let (corners, triangle) = &bvh.leaves[(child & !LEAF) as usize];
         let hit = within(&shear, origin, corners, *triangle, [enters, leaves], most);
