@@ -1,8 +1,10 @@
 //! What is done eight at a time: boxes of a node, with the bits of `bvh::enter`, and points that triangles are held against,
-//! as `bundle::walk` does: what is certain there is certain here.
+//! as `hold::walk` does: what is certain there is certain here.
 
-use super::bundle::{BLOCK_COLUMNS, Bundle, Cells, DEPTH_SLACK, Grid, LANES, Lanes, SLACK, decide};
+use super::bundle::Bundle;
 use super::bvh::{self, Bvh, Entered, Node, WIDTH};
+use super::cells::{BLOCK_COLUMNS, Cells, Grid, LANES, Lanes};
+use super::hold::{DEPTH_SLACK, SLACK, decide};
 use super::triangle::{PADDING, Slabs};
 use super::{Hit, Ray};
 use glam::Vec3;
@@ -21,7 +23,7 @@ struct Batch {
     cells: [[i32; LANES]; 4],
 }
 
-/// `bundle::walk` with eight lanes.
+/// `hold::walk` with eight lanes.
 #[target_feature(enable = "avx2")]
 pub(super) fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let mut batch = Batch::default();

@@ -1,14 +1,12 @@
 //! Bundles of parallel rays: what each of many points sees of a set of directions.
 //!
 //! Rays of one direction share the shear of [`super::triangle`], so asking which of them are blocked is rasterising the
-//! sheared triangles, nearer ones or not, against the sheared points in place of pixels. The points are sorted into the
-//! cells of a grid; each triangle is held against the points in the cells of its box, eight at a time, in `f32`. Sheared
-//! coordinates, scaled to ±2, are rounded once from `f64`, so the three edge functions are off by at most `SLACK` times
-//! the triangle's width: a point beyond that on the inner side of all three and in front of the triangle is blocked, one
-//! beyond it on the outer side of any is not, and for the few between [`hit`] decides. So the bits are those of single rays.
+//! sheared triangles against the sheared points in place of pixels: `cells.rs` sorts the points into the cells of a grid,
+//! `hold.rs` holds each triangle against the points in the cells of its box. The bits are those of single rays.
 
-use super::Ray;
-use super::triangle::{Shear, hit};
+use super::cells::{Cells, Grid, LANES};
+use super::hold::block;
+use super::triangle::Shear;
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::{clamp, max, max3, min, min3};
 use crate::numeric::parallel;
@@ -18,30 +16,8 @@ use glam::Vec3;
 /// Directions whose bits share a word.
 pub const WORD: usize = 32;
 
-/// Points that a triangle is held against at a time.
-pub(super) const LANES: usize = 8;
-
 /// Directions that one task takes one after the other, keeping its memory.
 const RUN: usize = 4;
-
-/// How far an edge function may be off, as a part of the triangle's width plus a cell's, coordinates being within ±2.
-///
-/// Rounding moves a coordinate by up to 2⁻²³ and a difference of two by δ = 2⁻²¹ with its own rounding. A product of two
-/// differences, neither longer than the widths' sum D, is then off by 2 δ D + 2⁻²⁴ D², an edge function, which is the
-/// difference of two, by under 5 δ D, and the third, which is the area less the two others, by under 20 δ D.
-pub(super) const SLACK: f32 = 32.0 / 2_097_152.0;
-
-/// Rows of the grid for each square root of a triangle.
-const ROWS: f32 = 0.4;
-
-/// Columns of the grid for each square root of a point that looks.
-const COLUMNS: f32 = 3.0;
-
-/// Columns that share a front.
-pub(super) const BLOCK_COLUMNS: usize = 8;
-
-/// How far a depth may be off: a coordinate's rounding, with room.
-pub(super) const DEPTH_SLACK: f32 = 1.0 / 2_097_152.0;
 
 /// Which of `directions` each of `points` sees: bit j of word w of point p, `[points][⌈directions / 32⌉]`, is set where
 /// the direction 32 w + j is above the horizon of the point's normal (n·ω > 0) and the ray from the point along it meets
@@ -80,45 +56,12 @@ pub(super) struct Bundle {
     /// Three vertices a triangle, eight triangles together; the last stands for those that are missing.
     pub(super) triangles: Vec<[[u32; 3]; LANES]>,
     /// Of each point its place, its normal, and its index among the points that were given.
-    points: Vec<u32>,
+    pub(super) points: Vec<u32>,
     normals: [Vec<f32>; 3],
     order: Vec<u32>,
     /// The middle of the box around everything, and half its sides.
     center: Vec3,
     half: Vec3,
-}
-
-/// What a task keeps from one direction to the next.
-#[derive(Default)]
-pub(super) struct Cells {
-    /// Sheared places.
-    pub(super) sheared: Vec<[f32; 4]>,
-    /// The points that look along the direction.
-    looking: Vec<u32>,
-    /// Whether what looks from a place is blocked.
-    blocked: Vec<bool>,
-    /// Where each cell's points start, and the last one's end. A cell has the points of two rows of the grid, its own and
-    /// the next, so that a triangle that is no higher than a row has all its points in cells of one row, side by side.
-    pub(super) starts: Vec<u32>,
-    /// The least depth of a point in [`BLOCK_COLUMNS`] neighbouring cells and the [`BLOCK_COLUMNS`] after them: a triangle
-    /// no wider than that and before this depth blocks nothing.
-    pub(super) fronts: Vec<f32>,
-    /// The points as they are sorted: sheared place, and the bits of the place's number; and their cells.
-    sorted: Vec<[f32; 4]>,
-    cells: Vec<u32>,
-    /// The points of all cells, each twice.
-    pub(super) lanes: Lanes,
-}
-
-/// Points in the order of cells.
-#[derive(Default)]
-pub(super) struct Lanes {
-    pub(super) x: Vec<f32>,
-    pub(super) y: Vec<f32>,
-    /// Depth along the direction; not a number once the point is blocked.
-    pub(super) z: Vec<f32>,
-    /// The point's place, to leave out the triangles around it.
-    pub(super) place: Vec<u32>,
 }
 
 /// The three lowest ten-bit coordinates of a point in the box, their bits interleaved (Morton 1966).
@@ -186,7 +129,7 @@ impl Bundle {
         }
     }
 
-    fn place(&self, index: u32) -> Vec3 {
+    pub(super) fn place(&self, index: u32) -> Vec3 {
         Vec3::from_array([0, 1, 2].map(|axis| self.places[axis][index as usize]))
     }
 
@@ -282,233 +225,5 @@ wide! {
             }
         }
         looking.truncate(found);
-    }
-}
-
-/// Cells of sheared space.
-pub(super) struct Grid {
-    pub(super) low: [f32; 2],
-    /// Cells a unit.
-    pub(super) per: [f32; 2],
-    /// Cells along x and y.
-    pub(super) size: [usize; 2],
-    /// The larger side of a cell, in sheared units.
-    pub(super) width: f32,
-}
-
-impl Grid {
-    /// A grid between the `ends` of the sheared places, whose rows are about as high as triangles if these are alike.
-    fn new(bundle: &Bundle, ends: [[f32; 2]; 2], looking: usize) -> Self {
-        let rows = clamp(((bundle.triangles.len() * LANES) as f32).sqrt() * ROWS, 1.0, 2048.0);
-        let columns = clamp((looking as f32).sqrt() * COLUMNS, 1.0, 2048.0);
-        let size = [columns, rows];
-        let low = [ends[0][0], ends[1][0]];
-        let side = ends.map(|[low, high]| max(high - low, f32::MIN_POSITIVE));
-        let width = max(side[0] / columns, side[1] / rows);
-        let per = [0, 1].map(|axis| min(size[axis] / side[axis], 1e9));
-        Self { low, per, size: size.map(|size| size as usize + 1), width }
-    }
-
-    /// Blocks of a row, with one before the first for the points' second place.
-    pub(super) fn blocks(&self) -> usize {
-        self.size[0].div_ceil(BLOCK_COLUMNS) + 1
-    }
-
-    /// The cell along an axis of a coordinate.
-    #[inline(always)]
-    fn cell(&self, axis: usize, coordinate: f32) -> usize {
-        min(((coordinate - self.low[axis]) * self.per[axis]) as i32 as usize, self.size[axis] - 1)
-    }
-}
-
-impl Cells {
-    /// Sorts the points that look along the direction by cells.
-    fn sort(&mut self, grid: &Grid, bundle: &Bundle) {
-        let [columns, rows] = grid.size;
-        let blocks = grid.blocks();
-        self.starts.clear();
-        self.starts.resize(columns * (rows + 2) + 2, 0);
-        self.fronts.clear();
-        self.fronts.resize(blocks * (rows + 2) + 2, f32::INFINITY);
-        self.cells.resize(self.looking.len(), 0);
-        for (point, to) in self.looking.iter().zip(&mut self.cells) {
-            let [x, y, z, _] = self.sheared[bundle.points[*point as usize] as usize];
-            let (column, row) = (grid.cell(0, x), grid.cell(1, y));
-            let cell = row * columns + column;
-            self.starts[cell + columns + 2] += 1;
-            let front = &mut self.fronts[(row + 1) * blocks + column / BLOCK_COLUMNS + 1];
-            *front = min(*front, z);
-            *to = cell as u32;
-        }
-        // What each cell has with the next row's points, and each front with its neighbours'.
-        for at in 0..columns * (rows + 1) {
-            self.starts[at + 2] += self.starts[at + columns + 2];
-        }
-        for at in 0..blocks * (rows + 1) {
-            let [own, next] = [at, at + blocks].map(|at| min(self.fronts[at], self.fronts[at + 1]));
-            self.fronts[at] = min(own, next);
-        }
-        let mut total = 0;
-        for start in &mut self.starts {
-            total += *start;
-            *start = total;
-        }
-        let count = 2 * self.looking.len();
-        self.sorted.resize(count, [0.0; 4]);
-        for (point, cell) in self.looking.iter().zip(&self.cells) {
-            let number = bundle.points[*point as usize];
-            let [x, y, z, _] = self.sheared[number as usize];
-            for cell in [*cell as usize, *cell as usize + columns] {
-                let next = &mut self.starts[cell + 1];
-                self.sorted[*next as usize] = [x, y, z, f32::from_bits(number)];
-                *next += 1;
-            }
-        }
-        let lanes = &mut self.lanes;
-        for list in [&mut lanes.x, &mut lanes.y, &mut lanes.z] {
-            list.resize(count + LANES, 0.0);
-        }
-        lanes.place.resize(count + LANES, 0);
-        spread(&self.sorted, lanes);
-    }
-}
-
-wide! {
-    /// Makes one list a coordinate.
-    fn spread(sorted: &[[f32; 4]], lanes: &mut Lanes) {
-        let coordinates = lanes.x.iter_mut().zip(&mut lanes.y).zip(&mut lanes.z);
-        for (([x, y, z, number], ((to_x, to_y), to_z)), place) in sorted.iter().zip(coordinates).zip(&mut lanes.place) {
-            (*to_x, *to_y, *to_z, *place) = (*x, *y, *z, number.to_bits());
-        }
-    }
-}
-
-/// Holds every triangle against the points in the cells of its box, eight at a time.
-fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
-    let columns = grid.size[0];
-    let Cells { sheared, starts, lanes, .. } = cells;
-    for triangle in bundle.triangles.as_flattened() {
-        let [a, b, c] = triangle.map(|corner| sheared[corner as usize]);
-        let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
-        for axis in 0..4 {
-            low[axis] = min(min(a[axis], b[axis]), c[axis]);
-            high[axis] = max(max(a[axis], b[axis]), c[axis]);
-        }
-        let rows = [grid.cell(1, low[1]), grid.cell(1, high[1])];
-        let span = [grid.cell(0, low[0]), grid.cell(0, high[0])];
-        let (e, f) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
-        let area = e[0] * f[1] - e[1] * f[0];
-        let turned = area < 0.0;
-        let test = Test {
-            a: [a[0], a[1]],
-            e: if turned { f } else { e },
-            f: if turned { e } else { f },
-            area: area.abs(),
-            slack: SLACK * (max(high[0] - low[0], high[1] - low[1]) + grid.width),
-            behind: high[2] + DEPTH_SLACK,
-            ahead: low[2] - DEPTH_SLACK,
-            corners: *triangle,
-        };
-        // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
-        let mut row = rows[0] + 1;
-        loop {
-            let mut at = starts[row * columns + span[0]] as usize;
-            let end = starts[row * columns + span[1] + 1] as usize;
-            while at < end {
-                let doubtful = test.eight(lanes, at, end - at);
-                if doubtful != 0 {
-                    decide(bundle, lanes, direction, triangle, at, doubtful);
-                }
-                at += LANES;
-            }
-            row += 2;
-            if row > rows[1] + 1 {
-                break;
-            }
-        }
-    }
-}
-
-/// Marks the points that the triangles block.
-fn block(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        #[expect(
-            unsafe_code,
-            reason = "the twin with wider instructions, for a processor that was just looked at"
-        )]
-        // SAFETY: the processor has AVX2.
-        return unsafe { super::avx2::walk(bundle, grid, direction, cells) };
-    }
-    walk(bundle, grid, direction, cells);
-}
-
-/// A triangle as eight points at a time are held against it.
-struct Test {
-    /// The first corner.
-    a: [f32; 2],
-    /// The edges from it to the two others, counter-clockwise.
-    e: [f32; 2],
-    f: [f32; 2],
-    /// Twice the area.
-    area: f32,
-    /// How far the edge functions may be off.
-    slack: f32,
-    /// Beyond this depth no point is blocked,
-    behind: f32,
-    /// and before this one every point inside is.
-    ahead: f32,
-    corners: [u32; 3],
-}
-
-impl Test {
-    /// Marks those of `count` points from `at` on, of eight at most, that are blocked for certain; a bit for each that may
-    /// be.
-    #[inline(always)]
-    fn eight(&self, lanes: &mut Lanes, at: usize, count: usize) -> u32 {
-        let x: &[f32; LANES] = lanes.x[at..][..LANES].try_into().expect("as many");
-        let y: &[f32; LANES] = lanes.y[at..][..LANES].try_into().expect("as many");
-        let place: &[u32; LANES] = lanes.place[at..][..LANES].try_into().expect("as many");
-        let z: &mut [f32; LANES] = (&mut lanes.z[at..][..LANES]).try_into().expect("as many");
-        let mut doubtful = [0_u32; LANES];
-        for lane in 0..LANES {
-            let (px, py) = (x[lane] - self.a[0], y[lane] - self.a[1]);
-            let u = px * self.f[1] - py * self.f[0];
-            let v = self.e[0] * py - self.e[1] * px;
-            let w = self.area - u - v;
-            let least = min(min(u, v), w);
-            let own = (place[lane] == self.corners[0])
-                | (place[lane] == self.corners[1])
-                | (place[lane] == self.corners[2]);
-            let counts = (lane < count) & !own & (z[lane] <= self.behind);
-            let may = counts & (least >= -self.slack);
-            let must = counts & (least > self.slack) & (z[lane] < self.ahead);
-            doubtful[lane] = u32::from(may & !must);
-            // All ones are not a number, which no later comparison counts.
-            z[lane] = f32::from_bits(z[lane].to_bits() | if must { u32::MAX } else { 0 });
-        }
-        (0..LANES).fold(0, |bits, lane| bits | doubtful[lane] << lane)
-    }
-}
-
-/// Traces the rays of the points that the quick test leaves open.
-#[cold]
-#[inline(never)]
-pub(super) fn decide(
-    bundle: &Bundle,
-    lanes: &mut Lanes,
-    direction: Vec3,
-    triangle: &[u32; 3],
-    at: usize,
-    mut doubtful: u32,
-) {
-    let corners = triangle.map(|corner| bundle.place(corner));
-    while doubtful != 0 {
-        let lane = doubtful.trailing_zeros() as usize;
-        doubtful &= doubtful - 1;
-        let origin = bundle.place(lanes.place[at + lane]);
-        if hit(&Ray::new(origin, direction), &corners, 0).is_some() {
-            lanes.z[at + lane] = f32::NAN;
-        }
     }
 }

@@ -8,6 +8,8 @@
 mod avx2;
 pub mod bundle;
 mod bvh;
+mod cells;
+mod hold;
 pub mod triangle;
 
 pub use bvh::Bvh;

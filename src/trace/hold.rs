@@ -1,0 +1,152 @@
+//! Triangles held against the points in the cells of their boxes, eight points at a time, in `f32`.
+//!
+//! Sheared coordinates, scaled to ±2, are rounded once from `f64`, so the three edge functions are off by at most [`SLACK`]
+//! times the triangle's width: a point beyond that on the inner side of all three and in front of the triangle is blocked,
+//! one beyond it on the outer side of any is not, and for the few between [`hit`] decides.
+
+use super::Ray;
+use super::bundle::Bundle;
+use super::cells::{Cells, Grid, LANES, Lanes};
+use super::triangle::hit;
+use crate::numeric::order::{max, min};
+use glam::Vec3;
+
+/// How far an edge function may be off, as a part of the triangle's width plus a cell's, coordinates being within ±2.
+///
+/// Rounding moves a coordinate by up to 2⁻²³ and a difference of two by δ = 2⁻²¹ with its own rounding. A product of two
+/// differences, neither longer than the widths' sum D, is then off by 2 δ D + 2⁻²⁴ D², an edge function, which is the
+/// difference of two, by under 5 δ D, and the third, which is the area less the two others, by under 20 δ D.
+pub(super) const SLACK: f32 = 32.0 / 2_097_152.0;
+
+/// How far a depth may be off: a coordinate's rounding, with room.
+pub(super) const DEPTH_SLACK: f32 = 1.0 / 2_097_152.0;
+
+/// Holds every triangle against the points in the cells of its box, eight at a time.
+fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
+    let columns = grid.size[0];
+    let Cells { sheared, starts, lanes, .. } = cells;
+    for triangle in bundle.triangles.as_flattened() {
+        let [a, b, c] = triangle.map(|corner| sheared[corner as usize]);
+        let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
+        for axis in 0..4 {
+            low[axis] = min(min(a[axis], b[axis]), c[axis]);
+            high[axis] = max(max(a[axis], b[axis]), c[axis]);
+        }
+        let rows = [grid.cell(1, low[1]), grid.cell(1, high[1])];
+        let span = [grid.cell(0, low[0]), grid.cell(0, high[0])];
+        let (e, f) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+        let area = e[0] * f[1] - e[1] * f[0];
+        let turned = area < 0.0;
+        let test = Test {
+            a: [a[0], a[1]],
+            e: if turned { f } else { e },
+            f: if turned { e } else { f },
+            area: area.abs(),
+            slack: SLACK * (max(high[0] - low[0], high[1] - low[1]) + grid.width),
+            behind: high[2] + DEPTH_SLACK,
+            ahead: low[2] - DEPTH_SLACK,
+            corners: *triangle,
+        };
+        // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
+        let mut row = rows[0] + 1;
+        loop {
+            let mut at = starts[row * columns + span[0]] as usize;
+            let end = starts[row * columns + span[1] + 1] as usize;
+            while at < end {
+                let doubtful = test.eight(lanes, at, end - at);
+                if doubtful != 0 {
+                    decide(bundle, lanes, direction, triangle, at, doubtful);
+                }
+                at += LANES;
+            }
+            row += 2;
+            if row > rows[1] + 1 {
+                break;
+            }
+        }
+    }
+}
+
+/// Marks the points that the triangles block.
+pub(super) fn block(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        #[expect(
+            unsafe_code,
+            reason = "the twin with wider instructions, for a processor that was just looked at"
+        )]
+        // SAFETY: the processor has AVX2.
+        return unsafe { super::avx2::walk(bundle, grid, direction, cells) };
+    }
+    walk(bundle, grid, direction, cells);
+}
+
+/// A triangle as eight points at a time are held against it.
+struct Test {
+    /// The first corner.
+    a: [f32; 2],
+    /// The edges from it to the two others, counter-clockwise.
+    e: [f32; 2],
+    f: [f32; 2],
+    /// Twice the area.
+    area: f32,
+    /// How far the edge functions may be off.
+    slack: f32,
+    /// Beyond this depth no point is blocked,
+    behind: f32,
+    /// and before this one every point inside is.
+    ahead: f32,
+    corners: [u32; 3],
+}
+
+impl Test {
+    /// Marks those of `count` points from `at` on, of eight at most, that are blocked for certain; a bit for each that may
+    /// be.
+    #[inline(always)]
+    fn eight(&self, lanes: &mut Lanes, at: usize, count: usize) -> u32 {
+        let x: &[f32; LANES] = lanes.x[at..][..LANES].try_into().expect("as many");
+        let y: &[f32; LANES] = lanes.y[at..][..LANES].try_into().expect("as many");
+        let place: &[u32; LANES] = lanes.place[at..][..LANES].try_into().expect("as many");
+        let z: &mut [f32; LANES] = (&mut lanes.z[at..][..LANES]).try_into().expect("as many");
+        let mut doubtful = [0_u32; LANES];
+        for lane in 0..LANES {
+            let (px, py) = (x[lane] - self.a[0], y[lane] - self.a[1]);
+            let u = px * self.f[1] - py * self.f[0];
+            let v = self.e[0] * py - self.e[1] * px;
+            let w = self.area - u - v;
+            let least = min(min(u, v), w);
+            let own = (place[lane] == self.corners[0])
+                | (place[lane] == self.corners[1])
+                | (place[lane] == self.corners[2]);
+            let counts = (lane < count) & !own & (z[lane] <= self.behind);
+            let may = counts & (least >= -self.slack);
+            let must = counts & (least > self.slack) & (z[lane] < self.ahead);
+            doubtful[lane] = u32::from(may & !must);
+            // All ones are not a number, which no later comparison counts.
+            z[lane] = f32::from_bits(z[lane].to_bits() | if must { u32::MAX } else { 0 });
+        }
+        (0..LANES).fold(0, |bits, lane| bits | doubtful[lane] << lane)
+    }
+}
+
+/// Traces the rays of the points that the quick test leaves open.
+#[cold]
+#[inline(never)]
+pub(super) fn decide(
+    bundle: &Bundle,
+    lanes: &mut Lanes,
+    direction: Vec3,
+    triangle: &[u32; 3],
+    at: usize,
+    mut doubtful: u32,
+) {
+    let corners = triangle.map(|corner| bundle.place(corner));
+    while doubtful != 0 {
+        let lane = doubtful.trailing_zeros() as usize;
+        doubtful &= doubtful - 1;
+        let origin = bundle.place(lanes.place[at + lane]);
+        if hit(&Ray::new(origin, direction), &corners, 0).is_some() {
+            lanes.z[at + lane] = f32::NAN;
+        }
+    }
+}
