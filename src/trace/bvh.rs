@@ -1,9 +1,10 @@
 //! A tree of boxes, eight to a node, over the triangles of a mesh.
 //!
 //! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`collapse`] makes
-//! nodes of eight of it. A child is a node or one triangle, so a triangle's own box is tested with those of its neighbours. The walk is ours: obvhs's is not conservative.
+//! nodes of eight of it. A child is a node or one triangle, so a triangle's own box is tested with those of its neighbours.
+//! The walk is ours: obvhs's is not conservative.
 
-use super::triangle::{Shear, Slabs, within};
+use super::triangle::{Shear, Slabs, ends, within};
 use super::{Hit, Ray};
 use crate::numeric::order::{max, max3, min, min3};
 use crate::world::mesh::Mesh;
@@ -59,8 +60,8 @@ impl Bvh {
         let corners = corners(mesh);
         let boxes: Vec<_> = corners
             .iter()
-            .map(|[a, b, c]| {
-                let (low, high) = (min3(min3(*a, *b), *c), max3(max3(*a, *b), *c));
+            .map(|corners| {
+                let (low, high) = ends(corners);
                 obvhs::aabb::Aabb::new(low.into(), high.into())
             })
             .collect();
@@ -121,8 +122,7 @@ impl Bvh {
                 let node = &self.nodes[index];
                 let child = node.children[lane];
                 let (low, high) = if child & LEAF != 0 {
-                    let ([a, b, c], _) = self.leaves[(child & !LEAF) as usize];
-                    (min3(min3(a, b), c), max3(max3(a, b), c))
+                    ends(&self.leaves[(child & !LEAF) as usize].0)
                 } else if child != 0 {
                     let child = &self.nodes[child as usize];
                     let at = |side: usize, lane: usize| {

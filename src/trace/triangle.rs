@@ -115,12 +115,18 @@ impl Slabs {
     }
 }
 
+/// The low and the high end of a triangle's box.
+#[inline(always)]
+pub(super) fn ends([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3) {
+    (min3(min3(*a, *b), *c), max3(max3(*a, *b), *c))
+}
+
 /// The interval of t in which the ray is in the triangle's box, widened by [`PADDING`]; empty where its first end exceeds
 /// the second.
 #[inline(always)]
 pub(super) fn interval(slabs: &Slabs, corners: &[Vec3; 3]) -> [f32; 2] {
-    let low = min3(min3(corners[0], corners[1]), corners[2]).to_array();
-    let high = max3(max3(corners[0], corners[1]), corners[2]).to_array();
+    let (low, high) = ends(corners);
+    let (low, high) = (low.to_array(), high.to_array());
     let pick = |flip: bool| {
         std::array::from_fn(|axis| if slabs.high_first[axis] != flip { high[axis] } else { low[axis] })
     };
