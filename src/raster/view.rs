@@ -2,6 +2,8 @@
 
 use super::GUARD;
 use crate::numeric::order::{clamp, max};
+use crate::world::camera::Camera;
+use crate::world::mesh::Bounds;
 use glam::{DVec3, Vec3};
 
 /// A view of the world: a projection and an image size.
@@ -65,6 +67,17 @@ impl View {
             row(axes.forward, 1.0),
         ];
         Self { width, height, clip_from_world, range: Range::Perspective { near } }
+    }
+
+    /// A camera's view of what is in a box; `size` is the image's width and height.
+    pub fn of(camera: &Camera, bounds: &Bounds, size: [usize; 2]) -> Self {
+        Self::perspective(
+            camera.position,
+            Axes::looking(camera.target - camera.position, camera.up),
+            camera.tangents(size[0], size[1]),
+            camera.near(bounds),
+            size,
+        )
     }
 
     /// A perspective view beside its axis: the image spans `middle ± half`, as tangents to the unit axes right, up and

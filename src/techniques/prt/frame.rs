@@ -1,7 +1,7 @@
 //! What the passes of a frame compute from.
 
 use crate::bake::{Estimate, Reading};
-use crate::raster::{Axes, View};
+use crate::raster::View;
 use crate::world::brdf::{Brdf, Gloss};
 use crate::world::camera::Camera;
 use crate::world::medium::Medium;
@@ -106,13 +106,7 @@ impl Frame {
         background: Vec3,
         settings: Settings,
     ) -> Self {
-        let view = View::perspective(
-            camera.position,
-            Axes::looking(camera.target - camera.position, camera.up),
-            camera.tangents(size[0], size[1]),
-            camera.near(&solid.bounds()),
-            size,
-        );
+        let view = View::of(&camera, &solid.bounds(), size);
         Self { solid, surface, medium, lights, camera, view, background, settings }
     }
 

@@ -4,7 +4,7 @@ use super::Points;
 use crate::Error;
 use crate::numeric::order::{max3, min};
 use crate::numeric::vector::unit_or_zero;
-use crate::raster::{Axes, ShadowView, View};
+use crate::raster::{ShadowView, View};
 use crate::sphere::irradiance;
 use crate::world::camera::Camera;
 use crate::world::light::Light;
@@ -168,13 +168,7 @@ impl Frame {
                 _ => None,
             })
             .collect();
-        let view = View::perspective(
-            camera.position,
-            Axes::looking(camera.target - camera.position, camera.up),
-            camera.tangents(size[0], size[1]),
-            camera.near(&bounds),
-            size,
-        );
+        let view = View::of(&camera, &bounds, size);
         Ok(Self {
             solid,
             bounds,
