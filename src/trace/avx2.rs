@@ -3,12 +3,15 @@
 
 use super::bundle::Bundle;
 use super::bvh::{self, Bvh, Entered, Node, WIDTH};
-use super::cells::{BLOCK_COLUMNS, Cells, Grid, LANES, Lanes};
+use super::cells::{BLOCK_COLUMNS, Cells, Grid, Lanes};
 use super::hold::{DEPTH_SLACK, SLACK, decide};
 use super::triangle::{PADDING, Slabs};
 use super::{Hit, Ray};
 use glam::Vec3;
 use std::arch::x86_64::*;
+
+/// Triangles that are set up together, and points that one is held against at a time.
+const LANES: usize = 8;
 
 /// Eight triangles, each number of them in a lane.
 #[repr(align(32))]
@@ -27,22 +30,24 @@ struct Batch {
 #[target_feature(enable = "avx2")]
 pub(super) fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let mut batch = Batch::default();
-    for triangles in &bundle.triangles {
-        let mut left = prepare(triangles, grid, cells, &mut batch);
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize & (LANES - 1);
-            left &= left - 1;
-            hold(bundle, grid, direction, cells, &batch, lane, &triangles[lane]);
+    for [a, b, c] in &bundle.triangles {
+        for ((a, b), c) in a.as_chunks().0.iter().zip(b.as_chunks().0).zip(c.as_chunks().0) {
+            let mut left = prepare([a, b, c], grid, cells, &mut batch);
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize & (LANES - 1);
+                left &= left - 1;
+                hold(bundle, grid, direction, cells, &batch, lane, &[a[lane], b[lane], c[lane]]);
+            }
         }
     }
 }
 
-/// The coordinates of a corner of eight triangles.
+/// The coordinates of eight places.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn gather(triangles: &[[u32; 3]; LANES], corner: usize, sheared: &[[f32; 4]]) -> [__m256; 3] {
+fn gather(places: &[u32; LANES], sheared: &[[f32; 4]]) -> [__m256; 3] {
     let place = |lane: usize| {
-        let place: &[f32; 4] = &sheared[triangles[lane][corner] as usize];
+        let place: &[f32; 4] = &sheared[places[lane] as usize];
         #[expect(unsafe_code, reason = "a vector of four values")]
         // SAFETY: the array holds the 16 bytes that are read.
         unsafe {
@@ -83,8 +88,8 @@ fn store_whole(to: &mut [i32; LANES], from: __m256i) {
 /// Sets eight triangles up; a bit for each that has points behind it in its cells.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn prepare(triangles: &[[u32; 3]; LANES], grid: &Grid, cells: &Cells, batch: &mut Batch) -> u32 {
-    let [a, b, c] = [0, 1, 2].map(|corner| gather(triangles, corner, &cells.sheared));
+fn prepare([a, b, c]: [&[u32; LANES]; 3], grid: &Grid, cells: &Cells, batch: &mut Batch) -> u32 {
+    let [a, b, c] = [gather(a, &cells.sheared), gather(b, &cells.sheared), gather(c, &cells.sheared)];
     let low = [0, 1, 2].map(|axis| _mm256_min_ps(_mm256_min_ps(a[axis], b[axis]), c[axis]));
     let high = [0, 1, 2].map(|axis| _mm256_max_ps(_mm256_max_ps(a[axis], b[axis]), c[axis]));
     // Places are above the grid's low end and not far beyond its high one.

@@ -36,7 +36,7 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
             let mut cells = Cells::default();
             for (seen, direction) in seen.iter_mut().zip(&directions[run * RUN..]) {
                 *seen = vec![0; points.len()];
-                bundle.look(*direction, &mut cells, seen);
+                bundle.look(*direction, &mut cells, seen, block);
             }
         });
         parallel::for_each_chunk(&mut bits, words * 1024, |run, rows| {
@@ -53,8 +53,8 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
 pub(super) struct Bundle {
     /// The mesh's vertices, then those points that are none; one list a coordinate.
     places: [Vec<f32>; 3],
-    /// Three vertices a triangle, eight triangles together; the last stands for those that are missing.
-    pub(super) triangles: Vec<[[u32; 3]; LANES]>,
+    /// The three vertices of sixteen triangles, one list a corner; the last triangle stands for those that are missing.
+    pub(super) triangles: Vec<[[u32; LANES]; 3]>,
     /// Of each point its place, its normal, and its index among the points that were given.
     pub(super) points: Vec<u32>,
     normals: [Vec<f32>; 3],
@@ -78,7 +78,7 @@ fn morton(point: Vec3, low: Vec3, scale: f32) -> u32 {
 }
 
 impl Bundle {
-    fn new(mesh: &Mesh, points: &[Vec3], normals: &[Vec3]) -> Self {
+    pub(super) fn new(mesh: &Mesh, points: &[Vec3], normals: &[Vec3]) -> Self {
         let all = || mesh.positions.iter().chain(points);
         let first = mesh.positions[0];
         let (low, high) = all().fold((first, first), |(low, high), p| (min3(low, *p), max3(high, *p)));
@@ -97,13 +97,17 @@ impl Bundle {
             a + b + c
         };
         let triangles = order(mesh.triangles.len(), &centroid);
-        let eight = |eight: &[u32]| {
-            std::array::from_fn(|lane| {
-                let old = eight[min(lane, eight.len() - 1)];
-                mesh.triangles[old as usize].map(|corner| place[corner as usize])
-            })
+        let together = |some: &[u32]| {
+            let mut corners = [[0; LANES]; 3];
+            for lane in 0..LANES {
+                let old = some[min(lane, some.len() - 1)];
+                for (corner, vertex) in mesh.triangles[old as usize].iter().enumerate() {
+                    corners[corner][lane] = place[*vertex as usize];
+                }
+            }
+            corners
         };
-        let triangles: Vec<_> = triangles.chunks(LANES).map(eight).collect();
+        let triangles: Vec<_> = triangles.chunks(LANES).map(together).collect();
         let mut places: Vec<Vec3> = sorted.iter().map(|old| mesh.positions[*old as usize]).collect();
         let order = order(points.len(), &|point| points[point]);
         let numbers = order.iter().map(|index| {
@@ -133,8 +137,14 @@ impl Bundle {
         Vec3::from_array([0, 1, 2].map(|axis| self.places[axis][index as usize]))
     }
 
-    /// Sets `seen` to 1 for each point that sees the direction.
-    fn look(&self, direction: Vec3, cells: &mut Cells, seen: &mut [u8]) {
+    /// Sets `seen` to 1 for each point that sees the direction; `block` marks the others.
+    pub(super) fn look(
+        &self,
+        direction: Vec3,
+        cells: &mut Cells,
+        seen: &mut [u8],
+        block: impl Fn(&Self, &Grid, Vec3, &mut Cells),
+    ) {
         let frame = Sheared::new(direction, self);
         let ends = shear(&frame, &self.places, &mut cells.sheared);
         look_along(direction, &self.normals, &mut cells.looking);

@@ -4,8 +4,8 @@ use super::bundle::Bundle;
 use crate::numeric::lanes::wide;
 use crate::numeric::order::{clamp, max, min};
 
-/// Points that a triangle is held against at a time.
-pub(super) const LANES: usize = 8;
+/// The most triangles that are set up together, and points that one is held against at a time.
+pub(super) const LANES: usize = 16;
 
 /// Rows of the grid for each square root of a triangle.
 const ROWS: f32 = 0.4;

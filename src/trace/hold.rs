@@ -8,6 +8,8 @@ use super::Ray;
 use super::bundle::Bundle;
 use super::cells::{Cells, Grid, LANES, Lanes};
 use super::triangle::hit;
+#[cfg(target_arch = "x86_64")]
+use crate::numeric::lanes::has_avx512;
 use crate::numeric::order::{max, min};
 use glam::Vec3;
 
@@ -25,7 +27,9 @@ pub(super) const DEPTH_SLACK: f32 = 1.0 / 2_097_152.0;
 fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let columns = grid.size[0];
     let Cells { sheared, starts, lanes, .. } = cells;
-    for triangle in bundle.triangles.as_flattened() {
+    let triangles =
+        bundle.triangles.iter().flat_map(|[a, b, c]| (0..LANES).map(|lane| [a[lane], b[lane], c[lane]]));
+    for triangle in triangles {
         let [a, b, c] = triangle.map(|corner| sheared[corner as usize]);
         let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
         for axis in 0..4 {
@@ -45,7 +49,7 @@ fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
             slack: SLACK * (max(high[0] - low[0], high[1] - low[1]) + grid.width),
             behind: high[2] + DEPTH_SLACK,
             ahead: low[2] - DEPTH_SLACK,
-            corners: *triangle,
+            corners: triangle,
         };
         // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
         let mut row = rows[0] + 1;
@@ -55,7 +59,7 @@ fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
             while at < end {
                 let doubtful = test.eight(lanes, at, end - at);
                 if doubtful != 0 {
-                    decide(bundle, lanes, direction, triangle, at, doubtful);
+                    decide(bundle, lanes, direction, &triangle, at, doubtful);
                 }
                 at += LANES;
             }
@@ -70,11 +74,14 @@ fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
 /// Marks the points that the triangles block.
 pub(super) fn block(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        #[expect(
-            unsafe_code,
-            reason = "the twin with wider instructions, for a processor that was just looked at"
-        )]
+    #[expect(
+        unsafe_code,
+        reason = "the twins with wider instructions, for a processor that was just looked at"
+    )]
+    if has_avx512() {
+        // SAFETY: the processor has AVX-512.
+        return unsafe { super::avx512::walk(bundle, grid, direction, cells) };
+    } else if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has AVX2.
         return unsafe { super::avx2::walk(bundle, grid, direction, cells) };
     }
@@ -147,6 +154,69 @@ pub(super) fn decide(
         let origin = bundle.place(lanes.place[at + lane]);
         if hit(&Ray::new(origin, direction), &corners, 0).is_some() {
             lanes.z[at + lane] = f32::NAN;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sphere::quadrature::fibonacci;
+    use crate::trace::Bvh;
+    use crate::world::mesh::Mesh;
+    use crate::world::shapes;
+
+    /// What all points see of a direction, by one of the walks.
+    fn seen(
+        bundle: &Bundle,
+        direction: Vec3,
+        points: usize,
+        by: impl Fn(&Bundle, &Grid, Vec3, &mut Cells),
+    ) -> Vec<u8> {
+        let mut seen = vec![0; points];
+        bundle.look(direction, &mut Cells::default(), &mut seen, by);
+        seen
+    }
+
+    /// A knot, and beside it a fan of long triangles that are wider and higher than any block of cells.
+    fn mesh() -> Mesh {
+        let knot = shapes::torus_knot(2, 3, 0.35, 96, 12).unwrap();
+        let (mut positions, mut triangles) = (knot.positions, knot.triangles);
+        let corner = positions.len() as u32;
+        positions.push(Vec3::new(-5.0, -4.0, 3.0));
+        for step in 0..9 {
+            positions.push(Vec3::new(4.0, step as f32 - 4.0, step as f32 * 0.3 - 1.0));
+            triangles.push([corner, corner + step, corner + step + 1]);
+        }
+        Mesh::new(positions, None, triangles).unwrap()
+    }
+
+    #[test]
+    fn every_walk_sees_what_single_rays_see() {
+        let mesh = mesh();
+        let (bundle, bvh) = (Bundle::new(&mesh, &mesh.positions, &mesh.normals), Bvh::new(&mesh));
+        for direction in fibonacci(40).iter().map(|d| Vec3::from_array(d.map(|d| d as f32))) {
+            let pairs = mesh.positions.iter().zip(&mesh.normals);
+            let single: Vec<u8> = pairs
+                .map(|(p, n)| u8::from(n.dot(direction) > 0.0 && !bvh.blocked(&Ray::new(*p, direction))))
+                .collect();
+            let of =
+                |by: &dyn Fn(&Bundle, &Grid, Vec3, &mut Cells)| seen(&bundle, direction, single.len(), by);
+            assert!(of(&walk) == single, "{direction}: the portable walk");
+            #[cfg(target_arch = "x86_64")]
+            #[expect(unsafe_code, reason = "the twins, for a processor that was just looked at")]
+            {
+                if std::arch::is_x86_feature_detected!("avx2") {
+                    // SAFETY: the processor has AVX2.
+                    let avx2 = of(&|b, g, d, c| unsafe { crate::trace::avx2::walk(b, g, d, c) });
+                    assert!(avx2 == single, "{direction}: eight lanes");
+                }
+                if has_avx512() {
+                    // SAFETY: the processor has AVX-512.
+                    let avx512 = of(&|b, g, d, c| unsafe { crate::trace::avx512::walk(b, g, d, c) });
+                    assert!(avx512 == single, "{direction}: sixteen lanes");
+                }
+            }
         }
     }
 }
