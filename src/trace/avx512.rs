@@ -10,6 +10,9 @@ use std::arch::x86_64::*;
 /// Triangles that wait to be held against points.
 const ROOM: usize = 256;
 
+/// Points of all cells that the caches hold: more are asked for before they are needed.
+const CACHED: usize = 1 << 17;
+
 /// Triangles that may block something, each number of them in a list: what comes after each other without a branch between
 /// is worked on at once.
 #[repr(align(64))]
@@ -152,18 +155,19 @@ fn prepare(triangles: &[[u32; LANES]; 3], grid: &Grid, cells: &Cells, queue: &mu
 fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue: &mut Queue) {
     let Cells { starts, lanes, .. } = cells;
     let Queue { length, numbers, cells } = queue;
-    for item in 0..min(*length, ROOM) {
-        let start = (cells[2][item] as usize + 1) * grid.size[0];
-        let at = starts[start + cells[0][item] as usize] as usize;
-        #[expect(unsafe_code, reason = "hints")]
-        unsafe {
-            _mm_prefetch::<_MM_HINT_T0>(lanes.x.as_ptr().add(at).cast());
-            _mm_prefetch::<_MM_HINT_T0>(lanes.y.as_ptr().add(at).cast());
-            _mm_prefetch::<_MM_HINT_T0>(lanes.z.as_ptr().add(at).cast());
-            _mm_prefetch::<_MM_HINT_T0>(lanes.place.as_ptr().add(at).cast());
+    let count = min(*length, ROOM);
+    if lanes.z.len() > CACHED {
+        for item in 0..count {
+            let [left, row] = [cells[0][item] as usize, cells[2][item] as usize + 1];
+            let at = starts[row * grid.size[0] + left] as usize;
+            let lists: [*const f32; 4] =
+                [lanes.x.as_ptr(), lanes.y.as_ptr(), lanes.z.as_ptr(), lanes.place.as_ptr().cast()];
+            for list in lists {
+                _mm_prefetch::<_MM_HINT_T0>(list.wrapping_add(at).cast());
+            }
         }
     }
-    for item in 0..min(*length, ROOM) {
+    for item in 0..count {
         let all = |number: usize| _mm512_set1_ps(numbers[number][item]);
         let [ax, ay, ex, ey, fx, fy, area, slack, behind, ahead] =
             [all(0), all(1), all(2), all(3), all(4), all(5), all(6), all(7), all(8), all(9)];
