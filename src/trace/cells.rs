@@ -8,10 +8,10 @@ use crate::numeric::order::{clamp, max, min};
 pub(super) const LANES: usize = 16;
 
 /// Rows of the grid for each square root of a triangle.
-const ROWS: f32 = 0.4;
+const ROWS: f32 = 0.25;
 
 /// Columns of the grid for each square root of a point that looks.
-const COLUMNS: f32 = 3.0;
+const COLUMNS: f32 = 4.0;
 
 /// Columns that share a front.
 pub(super) const BLOCK_COLUMNS: usize = 8;
