@@ -187,7 +187,8 @@ fn hold(
                 store(z, marked);
                 let doubtful = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_andnot_si256(must, may)));
                 if doubtful != 0 {
-                    decide(bundle, lanes, direction, triangle, at, doubtful as u32);
+                    let Lanes { place, z, .. } = lanes;
+                    decide(bundle, &place[at..], &mut z[at..], direction, triangle, doubtful as u32);
                 }
             }
             at += LANES;

@@ -22,14 +22,14 @@ struct Queue {
     /// the area, how far the edge functions may be off, and the depths beyond which no point is blocked, and before which
     /// every point inside is.
     numbers: [[f32; ROOM]; 10],
-    /// First and last column, first and last row of the cells, and the corners' places.
-    cells: [[i32; ROOM]; 7],
+    /// The first cell, how many of a row, how many more rows of cells, and the corners' places.
+    cells: [[i32; ROOM]; 6],
 }
 
 /// `hold::walk` with sixteen lanes.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
 pub(super) fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
-    let mut queue = Queue { length: 0, numbers: [[0.0; ROOM]; 10], cells: [[0; ROOM]; 7] };
+    let mut queue = Queue { length: 0, numbers: [[0.0; ROOM]; 10], cells: [[0; ROOM]; 6] };
     for triangles in &bundle.triangles {
         prepare(triangles, grid, cells, &mut queue);
         if queue.length > ROOM - LANES {
@@ -137,7 +137,12 @@ fn prepare(triangles: &[[u32; LANES]; 3], grid: &Grid, cells: &Cells, queue: &mu
             _mm512_loadu_si512(triangles[corner].as_ptr().cast())
         }
     };
-    let whole = [left, right, top, bottom, corner(0), corner(1), corner(2)];
+    // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
+    let first_row = _mm512_mullo_epi32(_mm512_add_epi32(top, one), _mm512_set1_epi32(grid.size[0] as i32));
+    let start = _mm512_add_epi32(first_row, left);
+    let span = _mm512_add_epi32(_mm512_sub_epi32(right, left), one);
+    let more = _mm512_srli_epi32::<1>(_mm512_sub_epi32(bottom, top));
+    let whole = [start, span, more, corner(0), corner(1), corner(2)];
     for (list, numbers) in queue.cells.iter_mut().zip(whole) {
         let packed = _mm512_maskz_compress_epi32(kept, numbers);
         #[expect(unsafe_code, reason = "sixteen values to a list with room for them")]
@@ -153,16 +158,14 @@ fn prepare(triangles: &[[u32; LANES]; 3], grid: &Grid, cells: &Cells, queue: &mu
 #[target_feature(enable = "avx512f,avx512dq")]
 #[inline]
 fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue: &mut Queue) {
-    let Cells { starts, lanes, .. } = cells;
+    let Cells { starts, lanes: Lanes { x, y, z, place }, .. } = cells;
     let Queue { length, numbers, cells } = queue;
-    let count = min(*length, ROOM);
-    if lanes.z.len() > CACHED {
+    let (count, points) = (min(*length, ROOM), z.len());
+    let (x, y, place) = (&x[..points], &y[..points], &place[..points]);
+    if points > CACHED {
         for item in 0..count {
-            let [left, row] = [cells[0][item] as usize, cells[2][item] as usize + 1];
-            let at = starts[row * grid.size[0] + left] as usize;
-            let lists: [*const f32; 4] =
-                [lanes.x.as_ptr(), lanes.y.as_ptr(), lanes.z.as_ptr(), lanes.place.as_ptr().cast()];
-            for list in lists {
+            let at = starts[cells[0][item] as usize] as usize;
+            for list in [x.as_ptr(), y.as_ptr(), z.as_ptr(), place.as_ptr().cast()] {
                 _mm_prefetch::<_MM_HINT_T0>(list.wrapping_add(at).cast());
             }
         }
@@ -172,64 +175,48 @@ fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue:
         let [ax, ay, ex, ey, fx, fy, area, slack, behind, ahead] =
             [all(0), all(1), all(2), all(3), all(4), all(5), all(6), all(7), all(8), all(9)];
         let outside = _mm512_xor_ps(slack, _mm512_set1_ps(-0.0));
-        let cell = |number: usize| cells[number][item] as usize;
-        let [left, right, top, bottom] = [cell(0), cell(1), cell(2), cell(3)];
-        // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
-        let mut row = top + 1;
-        loop {
-            let start = row * grid.size[0];
-            let mut at = starts[start + left] as usize;
-            let end = starts[start + right + 1] as usize;
+        let (mut start, span) = (cells[0][item] as usize, cells[1][item] as usize);
+        for _ in 0..=cells[2][item] {
+            let mut at = starts[start] as usize;
+            let end = starts[start + span] as usize;
             while at < end {
-                let ([x, y, z], place) = load(lanes, at);
+                assert!(at + LANES <= points, "room after the last point");
+                #[expect(unsafe_code, reason = "vectors of sixteen values")]
+                // SAFETY: each list has the 64 bytes from `at` on.
+                let (px, py, pz, own) = unsafe {
+                    let of = |list: *const f32| _mm512_loadu_ps(list.add(at));
+                    let own = _mm512_loadu_si512(place.as_ptr().add(at).cast());
+                    (of(x.as_ptr()), of(y.as_ptr()), of(z.as_ptr()), own)
+                };
                 let counts = if end - at < LANES { (1_u32 << (end - at)) - 1 } else { 0xffff } as u16;
-                let (px, py) = (_mm512_sub_ps(x, ax), _mm512_sub_ps(y, ay));
+                let (px, py) = (_mm512_sub_ps(px, ax), _mm512_sub_ps(py, ay));
                 let u = _mm512_sub_ps(_mm512_mul_ps(px, fy), _mm512_mul_ps(py, fx));
                 let v = _mm512_sub_ps(_mm512_mul_ps(py, ex), _mm512_mul_ps(px, ey));
                 let w = _mm512_sub_ps(_mm512_sub_ps(area, u), v);
                 let least = _mm512_min_ps(w, _mm512_min_ps(u, v));
-                let mut may = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(counts, z, behind);
+                let mut may = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(counts, pz, behind);
                 may = _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(may, least, outside);
-                for corner in 4..7 {
-                    may = _mm512_mask_cmpneq_epi32_mask(may, place, _mm512_set1_epi32(cells[corner][item]));
+                for corner in 3..6 {
+                    may = _mm512_mask_cmpneq_epi32_mask(may, own, _mm512_set1_epi32(cells[corner][item]));
                 }
                 if may != 0 {
                     let must = _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(may, least, slack);
-                    let must = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(must, z, ahead);
-                    let z: &mut [f32; LANES] = (&mut lanes.z[at..at + LANES]).try_into().expect("as many");
-                    #[expect(unsafe_code, reason = "some of sixteen values to an array of sixteen")]
-                    // SAFETY: the array holds the 64 bytes that may be written.
+                    let must = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(must, pz, ahead);
+                    #[expect(unsafe_code, reason = "some of sixteen values")]
+                    // SAFETY: the list holds the 64 bytes from `at` on that may be written.
                     unsafe {
-                        _mm512_mask_storeu_ps(z.as_mut_ptr(), must, _mm512_set1_ps(f32::NAN));
+                        _mm512_mask_storeu_ps(z.as_mut_ptr().add(at), must, _mm512_set1_ps(f32::NAN));
                     }
                     let doubtful = may & !must;
                     if doubtful != 0 {
-                        let triangle = [cell(4) as u32, cell(5) as u32, cell(6) as u32];
-                        decide(bundle, lanes, direction, &triangle, at, u32::from(doubtful));
+                        let triangle = [3, 4, 5].map(|corner| cells[corner][item] as u32);
+                        decide(bundle, &place[at..], &mut z[at..], direction, &triangle, u32::from(doubtful));
                     }
                 }
                 at += LANES;
             }
-            row += 2;
-            if row > bottom + 1 {
-                break;
-            }
+            start += 2 * grid.size[0];
         }
     }
     *length = 0;
-}
-
-/// The sheared places and the numbers of sixteen points.
-#[target_feature(enable = "avx512f")]
-#[inline]
-fn load(lanes: &Lanes, at: usize) -> ([__m512; 3], __m512i) {
-    let Lanes { x, y, z, place } = lanes;
-    let end = at + LANES;
-    assert!(end <= x.len() && end <= y.len() && end <= z.len() && end <= place.len());
-    #[expect(unsafe_code, reason = "vectors of sixteen values")]
-    // SAFETY: each list has the 64 bytes from `at` on.
-    unsafe {
-        let of = |list: &[f32]| _mm512_loadu_ps(list.as_ptr().add(at));
-        ([of(x), of(y), of(z)], _mm512_loadu_si512(place.as_ptr().add(at).cast()))
-    }
 }

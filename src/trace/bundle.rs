@@ -134,7 +134,8 @@ impl Bundle {
     }
 
     pub(super) fn place(&self, index: u32) -> Vec3 {
-        Vec3::from_array([0, 1, 2].map(|axis| self.places[axis][index as usize]))
+        let ([x, y, z], index) = (&self.places, index as usize);
+        Vec3::new(x[index], y[index], z[index])
     }
 
     /// Sets `seen` to 1 for each point that sees the direction; `block` marks the others.

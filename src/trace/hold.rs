@@ -59,7 +59,8 @@ fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
             while at < end {
                 let doubtful = test.eight(lanes, at, end - at);
                 if doubtful != 0 {
-                    decide(bundle, lanes, direction, &triangle, at, doubtful);
+                    let Lanes { place, z, .. } = lanes;
+                    decide(bundle, &place[at..], &mut z[at..], direction, &triangle, doubtful);
                 }
                 at += LANES;
             }
@@ -136,24 +137,23 @@ impl Test {
     }
 }
 
-/// Traces the rays of the points that the quick test leaves open.
+/// Traces the rays of the points that the quick test leaves open, a bit each in `doubtful`: marks those that are blocked.
 #[cold]
 #[inline(never)]
 pub(super) fn decide(
     bundle: &Bundle,
-    lanes: &mut Lanes,
+    place: &[u32],
+    z: &mut [f32],
     direction: Vec3,
     triangle: &[u32; 3],
-    at: usize,
     mut doubtful: u32,
 ) {
     let corners = triangle.map(|corner| bundle.place(corner));
     while doubtful != 0 {
         let lane = doubtful.trailing_zeros() as usize;
         doubtful &= doubtful - 1;
-        let origin = bundle.place(lanes.place[at + lane]);
-        if hit(&Ray::new(origin, direction), &corners, 0).is_some() {
-            lanes.z[at + lane] = f32::NAN;
+        if hit(&Ray::new(bundle.place(place[lane]), direction), &corners, 0).is_some() {
+            z[lane] = f32::NAN;
         }
     }
 }
