@@ -1,4 +1,4 @@
-//! Triangles held against the points in the cells of their boxes, eight points at a time, in `f32`.
+//! Triangles held against the points in the cells of their boxes, several points at a time, in `f32`.
 //!
 //! Sheared coordinates, scaled to ±2, are rounded once from `f64`, so the three edge functions are off by at most [`SLACK`]
 //! times the triangle's width: a point beyond that on the inner side of all three and in front of the triangle is blocked,
@@ -23,7 +23,7 @@ pub(super) const SLACK: f32 = 32.0 / 2_097_152.0;
 /// How far a depth may be off: a coordinate's rounding, with room.
 pub(super) const DEPTH_SLACK: f32 = 1.0 / 2_097_152.0;
 
-/// Holds every triangle against the points in the cells of its box, eight at a time.
+/// Holds every triangle against the points in the cells of its box, [`LANES`] at a time.
 fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let columns = grid.size[0];
     let Cells { sheared, starts, lanes, .. } = cells;
@@ -57,7 +57,7 @@ fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
             let mut at = starts[row * columns + span[0]] as usize;
             let end = starts[row * columns + span[1] + 1] as usize;
             while at < end {
-                let doubtful = test.eight(lanes, at, end - at);
+                let doubtful = test.some(lanes, at, end - at);
                 if doubtful != 0 {
                     let Lanes { place, z, .. } = lanes;
                     decide(bundle, &place[at..], &mut z[at..], direction, &triangle, doubtful);
@@ -89,7 +89,7 @@ pub(super) fn block(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut C
     walk(bundle, grid, direction, cells);
 }
 
-/// A triangle as eight points at a time are held against it.
+/// A triangle as points are held against it.
 struct Test {
     /// The first corner.
     a: [f32; 2],
@@ -108,10 +108,10 @@ struct Test {
 }
 
 impl Test {
-    /// Marks those of `count` points from `at` on, of eight at most, that are blocked for certain; a bit for each that may
-    /// be.
+    /// Marks those of `count` points from `at` on, of [`LANES`] at most, that are blocked for certain; a bit for each that
+    /// may be.
     #[inline(always)]
-    fn eight(&self, lanes: &mut Lanes, at: usize, count: usize) -> u32 {
+    fn some(&self, lanes: &mut Lanes, at: usize, count: usize) -> u32 {
         let x: &[f32; LANES] = lanes.x[at..][..LANES].try_into().expect("as many");
         let y: &[f32; LANES] = lanes.y[at..][..LANES].try_into().expect("as many");
         let place: &[u32; LANES] = lanes.place[at..][..LANES].try_into().expect("as many");
@@ -178,44 +178,70 @@ mod tests {
         seen
     }
 
-    /// A knot, and beside it a fan of long triangles that are wider and higher than any block of cells.
-    fn mesh() -> Mesh {
+    /// A knot, and before and behind it fans of triangles that are wider and higher than any block of cells, and whose own
+    /// corners look away from it.
+    fn screened() -> Mesh {
         let knot = shapes::torus_knot(2, 3, 0.35, 96, 12).unwrap();
         let (mut positions, mut triangles) = (knot.positions, knot.triangles);
-        let corner = positions.len() as u32;
-        positions.push(Vec3::new(-5.0, -4.0, 3.0));
-        for step in 0..9 {
-            positions.push(Vec3::new(4.0, step as f32 - 4.0, step as f32 * 0.3 - 1.0));
-            triangles.push([corner, corner + step, corner + step + 1]);
+        for side in [-1.0_f32, 1.0] {
+            let corner = positions.len() as u32;
+            positions.push(Vec3::new(-5.0, -4.0, 3.0) * side);
+            for step in 0..10 {
+                positions.push(Vec3::new(4.0, step as f32 - 4.0, 2.0 - step as f32 * 0.1) * side);
+            }
+            triangles.extend((1..10).map(|step| {
+                if side > 0.0 {
+                    [corner, corner + step, corner + step + 1]
+                } else {
+                    [corner, corner + step + 1, corner + step]
+                }
+            }));
         }
         Mesh::new(positions, None, triangles).unwrap()
     }
 
     #[test]
     fn every_walk_sees_what_single_rays_see() {
-        let mesh = mesh();
-        let (bundle, bvh) = (Bundle::new(&mesh, &mesh.positions, &mesh.normals), Bvh::new(&mesh));
-        for direction in fibonacci(40).iter().map(|d| Vec3::from_array(d.map(|d| d as f32))) {
-            let pairs = mesh.positions.iter().zip(&mesh.normals);
-            let single: Vec<u8> = pairs
-                .map(|(p, n)| u8::from(n.dot(direction) > 0.0 && !bvh.blocked(&Ray::new(*p, direction))))
-                .collect();
-            let of =
-                |by: &dyn Fn(&Bundle, &Grid, Vec3, &mut Cells)| seen(&bundle, direction, single.len(), by);
-            assert!(of(&walk) == single, "{direction}: the portable walk");
-            #[cfg(target_arch = "x86_64")]
-            #[expect(unsafe_code, reason = "the twins, for a processor that was just looked at")]
-            {
-                if std::arch::is_x86_feature_detected!("avx2") {
-                    // SAFETY: the processor has AVX2.
-                    let avx2 = of(&|b, g, d, c| unsafe { crate::trace::avx2::walk(b, g, d, c) });
-                    assert!(avx2 == single, "{direction}: eight lanes");
-                }
-                if has_avx512() {
-                    // SAFETY: the processor has AVX-512.
-                    let avx512 = of(&|b, g, d, c| unsafe { crate::trace::avx512::walk(b, g, d, c) });
-                    assert!(avx512 == single, "{direction}: sixteen lanes");
-                }
+        let even: Vec<_> = fibonacci(40).iter().map(|d| Vec3::from_array(d.map(|d| d as f32))).collect();
+        // Through corners and edges of a box of squares.
+        let straight: Vec<_> =
+            (0..27).map(|i| Vec3::new((i % 3) as f32, (i / 3 % 3) as f32, (i / 9) as f32) - 1.0).collect();
+        let knot = screened();
+        let mut turned = knot.normals.clone();
+        turned.iter_mut().skip(96 * 12).for_each(|normal| *normal = -*normal);
+        let cuboid = shapes::cuboid(Vec3::new(1.0, 1.1, 0.9), 6).unwrap();
+        for direction in &even {
+            agree(&knot, &knot.normals, *direction);
+            agree(&knot, &turned, *direction);
+        }
+        for direction in straight.iter().filter(|direction| **direction != Vec3::ZERO).chain(&even) {
+            agree(&cuboid, &vec![*direction; cuboid.positions.len()], *direction);
+        }
+    }
+
+    /// Each walk against single rays.
+    fn agree(mesh: &Mesh, normals: &[Vec3], direction: Vec3) {
+        let (bundle, bvh) = (Bundle::new(mesh, &mesh.positions, normals), Bvh::new(mesh));
+        let single: Vec<u8> = mesh
+            .positions
+            .iter()
+            .zip(normals)
+            .map(|(p, n)| u8::from(n.dot(direction) > 0.0 && !bvh.blocked(&Ray::new(*p, direction))))
+            .collect();
+        let of = |by: &dyn Fn(&Bundle, &Grid, Vec3, &mut Cells)| seen(&bundle, direction, single.len(), by);
+        assert!(of(&walk) == single, "{direction}: the portable walk");
+        #[cfg(target_arch = "x86_64")]
+        #[expect(unsafe_code, reason = "the twins, for a processor that was just looked at")]
+        {
+            if std::arch::is_x86_feature_detected!("avx2") {
+                // SAFETY: the processor has AVX2.
+                let avx2 = of(&|b, g, d, c| unsafe { crate::trace::avx2::walk(b, g, d, c) });
+                assert!(avx2 == single, "{direction}: eight lanes");
+            }
+            if has_avx512() {
+                // SAFETY: the processor has AVX-512.
+                let avx512 = of(&|b, g, d, c| unsafe { crate::trace::avx512::walk(b, g, d, c) });
+                assert!(avx512 == single, "{direction}: sixteen lanes");
             }
         }
     }
