@@ -6,11 +6,15 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+mod build;
 pub mod bundle;
 mod bvh;
 mod cells;
 mod hold;
 pub mod triangle;
+mod walk;
+#[cfg(target_arch = "x86_64")]
+mod walk_avx2;
 
 pub use bvh::Bvh;
 

@@ -26,9 +26,9 @@ pub(super) const PADDING: f32 = 5e-7;
 #[derive(Debug, Clone, Copy)]
 pub struct Shear {
     /// Which of the world's axes become x, y and z.
-    axes: [usize; 3],
+    pub(super) axes: [usize; 3],
     /// What x and y lose for each unit of z, and the scale of z.
-    by: [f64; 3],
+    pub(super) by: [f64; 3],
 }
 
 impl Shear {

@@ -1,0 +1,208 @@
+//! A ray's way through a tree.
+//!
+//! A node's children that a ray enters stay together, as one entry of the stack; each time the nearest of the last entry
+//! is taken out. So the way through a node has no loop over its children and no sorting, whose branches no processor
+//! foretells.
+
+use super::build::Parts;
+use super::bvh::{Block, LEAF, LEVELS, Node, WIDTH};
+use super::triangle::{Shear, Slabs};
+use super::{Hit, Ray};
+use std::mem::MaybeUninit;
+
+/// What tests and triangles need of a ray.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sight {
+    pub(super) slabs: Slabs,
+    pub(super) shear: Shear,
+    /// The sheared origin.
+    pub(super) origin: [f64; 3],
+}
+
+impl Sight {
+    #[inline(always)]
+    fn new(ray: &Ray) -> Self {
+        let shear = Shear::new(ray.direction);
+        Self { slabs: Slabs::new(ray), shear, origin: shear.apply(ray.origin) }
+    }
+}
+
+/// The children of a node whose boxes a ray enters and that were not looked at.
+#[derive(Clone, Copy)]
+pub(super) struct Entered<N> {
+    /// A bit for each.
+    pub(super) mask: u32,
+    /// The high halves of the bits of the t at which it enters, of each; all ones for other children.
+    pub(super) near: N,
+}
+
+/// The nearest hit so far.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Best {
+    pub(super) hit: Option<Hit>,
+    /// The largest t that counts.
+    pub(super) most: f32,
+}
+
+impl Best {
+    /// Takes a hit, at most at `most`, where it is better.
+    #[inline(always)]
+    pub(super) fn take(&mut self, hit: Hit) {
+        if self.hit.is_none_or(|best| hit.t < best.t || hit.triangle < best.triangle) {
+            *self = Self { hit: Some(hit), most: hit.t };
+        }
+    }
+}
+
+/// [`super::Bvh::nearest`] with a way to enter a node, up to some t, to find the least of eight and its place, to take
+/// what is at a place out, and to meet those triangles of a block whose places have a bit.
+#[inline(always)]
+pub(super) fn nearest<N: Copy>(
+    parts: &Parts,
+    ray: &Ray,
+    enter: impl Fn(&Node, &Slabs, f32) -> Entered<N>,
+    least: impl Fn(N) -> (u16, usize),
+    without: impl Fn(N, usize) -> N,
+    meet: impl Fn(&Block, u32, &Sight, &mut Best),
+) -> Option<Hit> {
+    let sight = Sight::new(ray);
+    let mut best = Best { hit: None, most: ray.far };
+    let mut stack = [const { MaybeUninit::<(Entered<N>, u32)>::uninit() }; LEVELS];
+    let mut length = 0;
+    let mut index = 0;
+    let mut entered = enter(&parts.nodes[0], &sight.slabs, ray.far);
+    loop {
+        if entered.mask == 0 {
+            if length == 0 {
+                return best.hit;
+            }
+            length -= 1;
+            #[expect(unsafe_code, reason = "an item that was written")]
+            // SAFETY: all items below the length were written.
+            let top = unsafe { stack[length].assume_init() };
+            (entered, index) = top;
+        }
+        let (near, lane) = least(entered.near);
+        if f32::from_bits(u32::from(near) << 16) > best.most {
+            entered.mask = 0;
+            continue;
+        }
+        let child = parts.nodes[index as usize].children[lane & (WIDTH - 1)];
+        entered.mask &= !(1 << lane);
+        entered.near = without(entered.near, lane);
+        if child & LEAF == 0 {
+            stack[length] = MaybeUninit::new((entered, index));
+            length += usize::from(entered.mask != 0);
+            index = child;
+            entered = enter(&parts.nodes[child as usize], &sight.slabs, best.most);
+        } else {
+            let block = &parts.blocks[(child & !LEAF) as usize / WIDTH];
+            meet(block, places(child), &sight, &mut best);
+        }
+    }
+}
+
+/// [`super::Bvh::blocked`] with a way to enter a node and to meet triangles.
+#[inline(always)]
+pub(super) fn blocked<N>(
+    parts: &Parts,
+    ray: &Ray,
+    enter: impl Fn(&Node, &Slabs, f32) -> Entered<N>,
+    meet: impl Fn(&Block, u32, &Sight, &mut Best),
+) -> bool {
+    let sight = Sight::new(ray);
+    let mut best = Best { hit: None, most: ray.far };
+    let mut stack = [const { MaybeUninit::<(u32, u32)>::uninit() }; LEVELS];
+    let mut length = 0;
+    let mut index = 0;
+    let mut mask = enter(&parts.nodes[0], &sight.slabs, ray.far).mask;
+    loop {
+        if mask == 0 {
+            if length == 0 {
+                return false;
+            }
+            length -= 1;
+            #[expect(unsafe_code, reason = "an item that was written")]
+            // SAFETY: all items below the length were written.
+            let top = unsafe { stack[length].assume_init() };
+            (mask, index) = top;
+        }
+        let child = parts.nodes[index as usize].children[mask.trailing_zeros() as usize & (WIDTH - 1)];
+        mask &= mask - 1;
+        if child & LEAF == 0 {
+            stack[length] = MaybeUninit::new((mask, index));
+            length += usize::from(mask != 0);
+            index = child;
+            mask = enter(&parts.nodes[child as usize], &sight.slabs, ray.far).mask;
+        } else {
+            let block = &parts.blocks[(child & !LEAF) as usize / WIDTH];
+            meet(block, places(child), &sight, &mut best);
+            if best.hit.is_some() {
+                return true;
+            }
+        }
+    }
+}
+
+/// A bit for each triangle of the block that is a child.
+#[inline(always)]
+fn places(child: u32) -> u32 {
+    (2 << (child as usize & (WIDTH - 1))) - 1
+}
+
+/// The walk with nothing but the language.
+pub(super) mod portable {
+    use super::super::triangle::{interval, within};
+    use super::*;
+
+    /// Tests a ray against the eight boxes of a node, up to `most`.
+    #[inline(always)]
+    fn enter(node: &Node, slabs: &Slabs, most: f32) -> Entered<[u16; WIDTH]> {
+        let mut entered = Entered { mask: 0, near: [u16::MAX; WIDTH] };
+        for lane in 0..WIDTH {
+            let side = |flip: bool| {
+                [0, 1, 2].map(|axis| node.bounds[axis][usize::from(slabs.high_first[axis] != flip)][lane])
+            };
+            let [near, far] = slabs.interval(side(false), side(true));
+            if near <= far && near <= most {
+                entered.mask |= 1 << lane;
+                entered.near[lane] = (near.to_bits() >> 16) as u16;
+            }
+        }
+        entered
+    }
+
+    #[inline(always)]
+    fn least(near: [u16; WIDTH]) -> (u16, usize) {
+        (1..WIDTH).fold((near[0], 0), |least, lane| if near[lane] < least.0 { (near[lane], lane) } else { least })
+    }
+
+    #[inline(always)]
+    fn without(mut near: [u16; WIDTH], lane: usize) -> [u16; WIDTH] {
+        near[lane] = u16::MAX;
+        near
+    }
+
+    #[inline(always)]
+    fn meet(block: &Block, mut places: u32, sight: &Sight, best: &mut Best) {
+        while places != 0 {
+            let lane = places.trailing_zeros() as usize & (WIDTH - 1);
+            places &= places - 1;
+            let corners = block.corners(lane);
+            let [near, far] = interval(&sight.slabs, &corners);
+            if near <= far && near <= best.most {
+                let triangle = block.triangles[lane];
+                let hit = within(&sight.shear, sight.origin, &corners, triangle, [near, far], best.most);
+                hit.into_iter().for_each(|hit| best.take(hit));
+            }
+        }
+    }
+
+    pub(in super::super) fn nearest(parts: &Parts, ray: &Ray) -> Option<Hit> {
+        super::nearest(parts, ray, enter, least, without, meet)
+    }
+
+    pub(in super::super) fn blocked(parts: &Parts, ray: &Ray) -> bool {
+        super::blocked(parts, ray, enter, meet)
+    }
+}
