@@ -57,8 +57,7 @@ pub(super) fn collapse(binary: &Bvh2) -> Parts {
             open.extend(children(node));
         }
     }
-    let mut plans =
-        vec![Plan { shown: [(0.0, 0); WIDTH], triangles: 1, block: true }; binary.nodes.len()];
+    let mut plans = vec![Plan { shown: [(0.0, 0); WIDTH], triangles: 1, block: true }; binary.nodes.len()];
     for node in order.iter().rev().copied() {
         let area = binary.nodes[node].aabb().half_area();
         if binary.nodes[node].is_leaf() {

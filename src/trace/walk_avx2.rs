@@ -74,13 +74,14 @@ fn intervals(slabs: &Slabs, most: f32, planes: impl Fn(usize) -> [__m256; 2]) ->
 #[inline]
 fn enter(node: &Node, slabs: &Slabs, most: f32) -> Entered<__m128i> {
     let planes = |axis: usize| {
-        let first = usize::from(slabs.high_first[axis]);
-        [load(&node.bounds[axis][first]), load(&node.bounds[axis][1 - first])]
+        let first = slabs.first[axis];
+        [load(&node.bounds[axis][first]), load(&node.bounds[axis][first ^ 1])]
     };
     let (mask, near, far) = intervals(slabs, most, planes);
     let far = _mm256_min_ps(far, _mm256_set1_ps(most));
     let out = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_NLE_UQ>(near, far));
-    let high = _mm256_or_si256(_mm256_srli_epi32::<16>(_mm256_castps_si256(near)), _mm256_srli_epi32::<16>(out));
+    let high =
+        _mm256_or_si256(_mm256_srli_epi32::<16>(_mm256_castps_si256(near)), _mm256_srli_epi32::<16>(out));
     let near = _mm_packus_epi32(_mm256_castsi256_si128(high), _mm256_extracti128_si256::<1>(high));
     Entered { mask, near }
 }
@@ -108,7 +109,8 @@ fn meet(block: &Block, places: u32, sight: &Sight, best: &mut Best) {
         // `triangle::ends`, with `numeric::order`'s min and max.
         let low = _mm256_min_ps(c, _mm256_min_ps(b, a));
         let high = _mm256_max_ps(c, _mm256_max_ps(b, a));
-        let flip = _mm256_castsi256_ps(_mm256_set1_epi32(-i32::from(sight.slabs.high_first[axis])));
+        // Blends go by the sign.
+        let flip = _mm256_set1_ps(sight.slabs.inverse[axis]);
         [_mm256_blendv_ps(low, high, flip), _mm256_blendv_ps(high, low, flip)]
     };
     let (mask, near, far) = intervals(&sight.slabs, best.most, planes);
@@ -131,7 +133,8 @@ fn meet_half(block: &Block, half: usize, mask: u32, interval: [__m128; 2], sight
     let origin = sight.origin.map(|origin| _mm256_set1_pd(origin));
     let corner = |corner: usize| {
         let [x, y, z] = axes.map(|axis| {
-            let values: &[f32; HALF] = block.corners[corner][axis][half..half + HALF].try_into().expect("four");
+            let values: &[f32; HALF] =
+                block.corners[corner][axis][half..half + HALF].try_into().expect("four");
             #[expect(unsafe_code, reason = "a vector of four values")]
             // SAFETY: the array holds the 16 bytes that are read.
             let values = unsafe { _mm_loadu_ps(values.as_ptr()) };
