@@ -5,7 +5,7 @@
 //! foretells.
 
 use super::build::Parts;
-use super::bvh::{Block, LEAF, LEVELS, Node, WIDTH};
+use super::bvh::{Block, LEVELS, Node, WIDTH};
 use super::triangle::{Shear, Slabs};
 use super::{Hit, Ray};
 use std::mem::MaybeUninit;
@@ -55,50 +55,48 @@ impl Best {
 }
 
 /// [`super::Bvh::nearest`] with a way to enter a node, up to some t, to find the least of eight and its place, to take
-/// what is at a place out, and to meet those triangles of a block whose places have a bit.
+/// what is at a place out, and to meet the triangles of a block.
 #[inline(always)]
 pub(super) fn nearest<N: Copy>(
     parts: &Parts,
     ray: &Ray,
-    enter: impl Fn(&Node, &Slabs, f32) -> Entered<N>,
+    enter: impl Fn(usize, &Slabs, f32) -> Entered<N>,
     least: impl Fn(N) -> (u16, usize),
     without: impl Fn(N, usize) -> N,
-    meet: impl Fn(&Block, u32, &Sight, &mut Best),
+    meet: impl Fn(&Block, &Sight, &mut Best),
 ) -> Option<Hit> {
     let sight = Sight::new(ray);
     let mut best = Best { hit: None, most: ray.far };
-    let mut stack = [const { MaybeUninit::<(Entered<N>, u32)>::uninit() }; LEVELS];
-    let mut length = 0;
-    let mut index = 0;
-    let mut entered = enter(&parts.nodes[0], &sight.slabs, ray.far);
+    let mut stack = [const { MaybeUninit::<(N, u32, u32)>::uninit() }; LEVELS];
+    let (mut length, mut index) = (0, 0);
     loop {
-        if entered.mask == 0 {
-            if length == 0 {
-                return best.hit;
+        let Entered { mut mask, mut near } = enter(index, &sight.slabs, best.most);
+        index = loop {
+            if mask == 0 {
+                if length == 0 {
+                    return best.hit;
+                }
+                length -= 1;
+                #[expect(unsafe_code, reason = "an item that was written")]
+                // SAFETY: all items below the length were written.
+                let top = unsafe { stack[length].assume_init() };
+                (near, mask, index) = (top.0, top.1, top.2 as usize);
             }
-            length -= 1;
-            #[expect(unsafe_code, reason = "an item that was written")]
-            // SAFETY: all items below the length were written.
-            let top = unsafe { stack[length].assume_init() };
-            (entered, index) = top;
-        }
-        let (near, lane) = least(entered.near);
-        if f32::from_bits(u32::from(near) << 16) > best.most {
-            entered.mask = 0;
-            continue;
-        }
-        let child = parts.nodes[index as usize].children[lane & (WIDTH - 1)];
-        entered.mask &= !(1 << lane);
-        entered.near = without(entered.near, lane);
-        if child & LEAF == 0 {
-            stack[length] = MaybeUninit::new((entered, index));
-            length += usize::from(entered.mask != 0);
-            index = child;
-            entered = enter(&parts.nodes[child as usize], &sight.slabs, best.most);
-        } else {
-            let block = &parts.blocks[(child & !LEAF) as usize / WIDTH];
-            meet(block, places(child), &sight, &mut best);
-        }
+            let (t, place) = least(near);
+            // Where the nearest is too far, all are.
+            if u32::from(t) > best.most.to_bits() >> 16 {
+                mask = 0;
+                continue;
+            }
+            (near, mask) = (without(near, place), mask & !(1 << place));
+            let node = &parts.nodes[index];
+            if place < node.inner() {
+                stack[length] = MaybeUninit::new((near, mask, index as u32));
+                length += usize::from(mask != 0);
+                break node.node(place);
+            }
+            meet(&parts.blocks[node.block(place)], &sight, &mut best);
+        };
     }
 }
 
@@ -107,47 +105,39 @@ pub(super) fn nearest<N: Copy>(
 pub(super) fn blocked<N>(
     parts: &Parts,
     ray: &Ray,
-    enter: impl Fn(&Node, &Slabs, f32) -> Entered<N>,
-    meet: impl Fn(&Block, u32, &Sight, &mut Best),
+    enter: impl Fn(usize, &Slabs, f32) -> Entered<N>,
+    meet: impl Fn(&Block, &Sight, &mut Best),
 ) -> bool {
     let sight = Sight::new(ray);
     let mut best = Best { hit: None, most: ray.far };
     let mut stack = [const { MaybeUninit::<(u32, u32)>::uninit() }; LEVELS];
-    let mut length = 0;
-    let mut index = 0;
-    let mut mask = enter(&parts.nodes[0], &sight.slabs, ray.far).mask;
+    let (mut length, mut index) = (0, 0);
     loop {
-        if mask == 0 {
-            if length == 0 {
-                return false;
+        let mut mask = enter(index, &sight.slabs, ray.far).mask;
+        index = loop {
+            if mask == 0 {
+                if length == 0 {
+                    return false;
+                }
+                length -= 1;
+                #[expect(unsafe_code, reason = "an item that was written")]
+                // SAFETY: all items below the length were written.
+                let top = unsafe { stack[length].assume_init() };
+                (mask, index) = (top.0, top.1 as usize);
             }
-            length -= 1;
-            #[expect(unsafe_code, reason = "an item that was written")]
-            // SAFETY: all items below the length were written.
-            let top = unsafe { stack[length].assume_init() };
-            (mask, index) = top;
-        }
-        let child = parts.nodes[index as usize].children[mask.trailing_zeros() as usize & (WIDTH - 1)];
-        mask &= mask - 1;
-        if child & LEAF == 0 {
-            stack[length] = MaybeUninit::new((mask, index));
-            length += usize::from(mask != 0);
-            index = child;
-            mask = enter(&parts.nodes[child as usize], &sight.slabs, ray.far).mask;
-        } else {
-            let block = &parts.blocks[(child & !LEAF) as usize / WIDTH];
-            meet(block, places(child), &sight, &mut best);
+            let (node, place) = (&parts.nodes[index], mask.trailing_zeros() as usize);
+            mask &= mask - 1;
+            if place < node.inner() {
+                stack[length] = MaybeUninit::new((mask, index as u32));
+                length += usize::from(mask != 0);
+                break node.node(place);
+            }
+            meet(&parts.blocks[node.block(place)], &sight, &mut best);
             if best.hit.is_some() {
                 return true;
             }
-        }
+        };
     }
-}
-
-/// A bit for each triangle of the block that is a child.
-#[inline(always)]
-fn places(child: u32) -> u32 {
-    (2 << (child as usize & (WIDTH - 1))) - 1
 }
 
 /// The walk with nothing but the language.
@@ -159,8 +149,10 @@ pub(super) mod portable {
     #[inline(always)]
     fn enter(node: &Node, slabs: &Slabs, most: f32) -> Entered<[u16; WIDTH]> {
         let mut entered = Entered { mask: 0, near: [u16::MAX; WIDTH] };
-        for lane in 0..WIDTH {
-            let side = |flip: usize| [0, 1, 2].map(|axis| node.bounds[axis][slabs.first[axis] ^ flip][lane]);
+        for lane in 0..node.count() {
+            let side = |flip: usize| {
+                [0, 1, 2].map(|axis| node.plane(axis, node.steps[axis][slabs.first[axis] ^ flip][lane]))
+            };
             let [near, far] = slabs.interval(side(0), side(1));
             if near <= far && near <= most {
                 entered.mask |= 1 << lane;
@@ -183,26 +175,30 @@ pub(super) mod portable {
     }
 
     #[inline(always)]
-    fn meet(block: &Block, mut places: u32, sight: &Sight, best: &mut Best) {
-        while places != 0 {
-            let lane = places.trailing_zeros() as usize & (WIDTH - 1);
-            places &= places - 1;
-            let corners = block.corners(lane);
+    fn meet(block: &Block, sight: &Sight, best: &mut Best) {
+        for (place, triangle) in block.triangles.iter().enumerate().take(block.count()) {
+            let corners = block.corners(place);
             let [near, far] = interval(&sight.slabs, &corners);
             if near <= far && near <= best.most {
-                let triangle = block.triangles[lane];
-                let hit = within(&sight.shear, sight.origin, &corners, triangle, [near, far], best.most);
+                let hit = within(&sight.shear, sight.origin, &corners, *triangle, [near, far], best.most);
                 hit.into_iter().for_each(|hit| best.take(hit));
             }
         }
     }
 
     pub(in super::super) fn nearest(parts: &Parts, ray: &Ray) -> Option<Hit> {
-        super::nearest(parts, ray, enter, least, without, meet)
+        super::nearest(
+            parts,
+            ray,
+            |node, slabs, most| enter(&parts.nodes[node], slabs, most),
+            least,
+            without,
+            meet,
+        )
     }
 
     pub(in super::super) fn blocked(parts: &Parts, ray: &Ray) -> bool {
-        super::blocked(parts, ray, enter, meet)
+        super::blocked(parts, ray, |node, slabs, most| enter(&parts.nodes[node], slabs, most), meet)
     }
 }
 

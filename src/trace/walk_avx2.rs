@@ -1,13 +1,13 @@
 //! The walk with eight boxes or triangles at a time, and four in `f64`: with the bits of `walk::portable`.
 
 use super::build::Parts;
-use super::bvh::{Block, Node, WIDTH};
+use super::bvh::{BLOCK_TRIANGLES, BLOCK_VERTICES, Block, Node, WIDTH};
 use super::triangle::{PADDING, Slabs};
 use super::walk::{self, Best, Entered, Sight};
 use super::{Hit, Ray};
 use std::arch::x86_64::*;
 
-/// Half a vector: doubles are tested four at a time.
+/// Doubles are tested four at a time.
 const HALF: usize = WIDTH / 2;
 
 /// `Bvh::nearest` with eight lanes.
@@ -16,10 +16,10 @@ pub(super) fn nearest(parts: &Parts, ray: &Ray) -> Option<Hit> {
     walk::nearest(
         parts,
         ray,
-        |node, slabs, most| enter(node, slabs, most),
+        |node, slabs, most| enter::<true>(parts, node, slabs, most),
         |near| least(near),
         |near, lane| without(near, lane),
-        |block, places, sight, best| meet(block, places, sight, best),
+        |block, sight, best| meet(block, sight, best),
     )
 }
 
@@ -29,26 +29,16 @@ pub(super) fn blocked(parts: &Parts, ray: &Ray) -> bool {
     walk::blocked(
         parts,
         ray,
-        |node, slabs, most| enter(node, slabs, most),
-        |block, places, sight, best| meet(block, places, sight, best),
+        |node, slabs, most| enter::<false>(parts, node, slabs, most),
+        |block, sight, best| meet(block, sight, best),
     )
 }
 
+/// `Slabs::interval` of eight boxes, their first and second planes of an axis by `planes`; before it, ones for each box
+/// that a ray is in, up to `most`.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn load(from: &[f32; WIDTH]) -> __m256 {
-    #[expect(unsafe_code, reason = "a vector of eight values")]
-    // SAFETY: the array holds the 32 bytes that are read.
-    unsafe {
-        _mm256_loadu_ps(from.as_ptr())
-    }
-}
-
-/// `Slabs::interval` of eight boxes: their first and second planes of an axis by `planes`. A bit for each box that a ray is
-/// in, up to `most`.
-#[target_feature(enable = "avx2")]
-#[inline]
-fn intervals(slabs: &Slabs, most: f32, planes: impl Fn(usize) -> [__m256; 2]) -> (u32, __m256, __m256) {
+fn intervals(slabs: &Slabs, most: f32, planes: impl Fn(usize) -> [__m256; 2]) -> (__m256, __m256, __m256) {
     let (mut near, mut far) = (_mm256_setzero_ps(), _mm256_set1_ps(f32::INFINITY));
     for axis in 0..3 {
         let at = |plane: __m256| {
@@ -66,23 +56,33 @@ fn intervals(slabs: &Slabs, most: f32, planes: impl Fn(usize) -> [__m256; 2]) ->
         _mm256_cmp_ps::<_CMP_LE_OQ>(near, far),
         _mm256_cmp_ps::<_CMP_LE_OQ>(near, _mm256_set1_ps(most)),
     );
-    (_mm256_movemask_ps(met) as u32, near, far)
+    (met, near, far)
 }
 
-/// Tests a ray against the eight boxes of a node, up to `most`.
+/// Tests a ray against the boxes of a node, up to `most`. (A copy for each walk, so that it becomes part of it.)
 #[target_feature(enable = "avx2")]
 #[inline]
-fn enter(node: &Node, slabs: &Slabs, most: f32) -> Entered<__m128i> {
+fn enter<const NEAREST: bool>(parts: &Parts, index: usize, slabs: &Slabs, most: f32) -> Entered<__m128i> {
+    let node = &parts.nodes[index];
     let planes = |axis: usize| {
+        let plane = |side: usize| {
+            let steps = _mm_cvtsi64_si128(i64::from_le_bytes(node.steps[axis][side]));
+            let steps = _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(steps));
+            let along = _mm256_mul_ps(steps, _mm256_set1_ps(node.step[axis]));
+            _mm256_add_ps(_mm256_set1_ps(node.origin[axis]), along)
+        };
         let first = slabs.first[axis];
-        [load(&node.bounds[axis][first]), load(&node.bounds[axis][first ^ 1])]
+        [plane(first), plane(first ^ 1)]
     };
-    let (mask, near, far) = intervals(slabs, most, planes);
-    let far = _mm256_min_ps(far, _mm256_set1_ps(most));
-    let out = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_NLE_UQ>(near, far));
-    let high =
-        _mm256_or_si256(_mm256_srli_epi32::<16>(_mm256_castps_si256(near)), _mm256_srli_epi32::<16>(out));
+    let (met, near, _) = intervals(slabs, most, planes);
+    let numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    let there = _mm256_cmpgt_epi32(_mm256_set1_epi32(node.count() as i32), numbers);
+    let met = _mm256_and_si256(_mm256_castps_si256(met), there);
+    // All ones for other children.
+    let near = _mm256_or_si256(_mm256_castps_si256(near), _mm256_xor_si256(met, _mm256_set1_epi32(-1)));
+    let high = _mm256_srli_epi32::<16>(near);
     let near = _mm_packus_epi32(_mm256_castsi256_si128(high), _mm256_extracti128_si256::<1>(high));
+    let mask = _mm256_movemask_ps(_mm256_castsi256_ps(met)) as u32;
     Entered { mask, near }
 }
 
@@ -100,12 +100,28 @@ fn without(near: __m128i, lane: usize) -> __m128i {
     _mm_or_si128(near, is)
 }
 
-/// Tests a ray against those triangles of a block whose places have a bit.
+/// The coordinates of an axis of all first, second and third corners.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn meet(block: &Block, places: u32, sight: &Sight, best: &mut Best) {
+fn corners(block: &Block, axis: usize) -> [__m256; 3] {
+    let vertices: &[f32; BLOCK_VERTICES] = &block.vertices[axis];
+    #[expect(unsafe_code, reason = "a vector of eight values")]
+    // SAFETY: the array holds the 32 bytes that are read.
+    let vertices = unsafe { _mm256_loadu_ps(vertices.as_ptr()) };
+    [0, 1, 2].map(|corner| {
+        let numbers = _mm256_set1_epi32((block.corners >> (3 * corner * BLOCK_TRIANGLES)) as i32);
+        // A permutation takes the lowest three bits.
+        let numbers = _mm256_srlv_epi32(numbers, _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 32, 32));
+        _mm256_permutevar8x32_ps(vertices, numbers)
+    })
+}
+
+/// Tests a ray against the triangles of a block.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn meet(block: &Block, sight: &Sight, best: &mut Best) {
     let planes = |axis: usize| {
-        let [a, b, c] = [0, 1, 2].map(|corner| load(&block.corners[corner][axis]));
+        let [a, b, c] = corners(block, axis);
         // `triangle::ends`, with `numeric::order`'s min and max.
         let low = _mm256_min_ps(c, _mm256_min_ps(b, a));
         let high = _mm256_max_ps(c, _mm256_max_ps(b, a));
@@ -113,38 +129,43 @@ fn meet(block: &Block, places: u32, sight: &Sight, best: &mut Best) {
         let flip = _mm256_set1_ps(sight.slabs.inverse[axis]);
         [_mm256_blendv_ps(low, high, flip), _mm256_blendv_ps(high, low, flip)]
     };
-    let (mask, near, far) = intervals(&sight.slabs, best.most, planes);
-    let mask = mask & places;
-    if mask & 0xF != 0 {
-        let interval = [_mm256_castps256_ps128(near), _mm256_castps256_ps128(far)];
-        meet_half(block, 0, mask & 0xF, interval, sight, best);
+    let (met, near, far) = intervals(&sight.slabs, best.most, planes);
+    let mask = _mm256_movemask_ps(met) as u32 & ((1 << block.count()) - 1);
+    if mask == 0 {
+        return;
     }
-    if mask >> HALF != 0 {
-        let interval = [_mm256_extractf128_ps::<1>(near), _mm256_extractf128_ps::<1>(far)];
-        meet_half(block, HALF, mask >> HALF, interval, sight, best);
+    let [x, y, z] = sight.shear.axes;
+    let corners = [corners(block, x), corners(block, y), corners(block, z)];
+    let (lower, upper) = (mask & ((1 << HALF) - 1), mask >> HALF);
+    if lower != 0 {
+        meet_half::<0>(block, lower, &corners, [near, far], sight, best);
+    }
+    if upper != 0 {
+        meet_half::<1>(block, upper, &corners, [near, far], sight, best);
     }
 }
 
-/// `triangle::within` for four triangles.
+/// `triangle::within` for the first or the second four triangles, by the coordinates of each of the shear's axes.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn meet_half(block: &Block, half: usize, mask: u32, interval: [__m128; 2], sight: &Sight, best: &mut Best) {
-    let (axes, by) = (sight.shear.axes, sight.shear.by.map(|by| _mm256_set1_pd(by)));
-    let origin = sight.origin.map(|origin| _mm256_set1_pd(origin));
+fn meet_half<const WHICH: i32>(
+    block: &Block,
+    mask: u32,
+    corners: &[[__m256; 3]; 3],
+    interval: [__m256; 2],
+    sight: &Sight,
+    best: &mut Best,
+) {
+    let Sight { shear, origin, .. } = sight;
     let corner = |corner: usize| {
-        let [x, y, z] = axes.map(|axis| {
-            let values: &[f32; HALF] =
-                block.corners[corner][axis][half..half + HALF].try_into().expect("four");
-            #[expect(unsafe_code, reason = "a vector of four values")]
-            // SAFETY: the array holds the 16 bytes that are read.
-            let values = unsafe { _mm_loadu_ps(values.as_ptr()) };
-            _mm256_cvtps_pd(values)
-        });
-        [
-            _mm256_sub_pd(_mm256_sub_pd(x, _mm256_mul_pd(by[0], z)), origin[0]),
-            _mm256_sub_pd(_mm256_sub_pd(y, _mm256_mul_pd(by[1], z)), origin[1]),
-            _mm256_sub_pd(_mm256_mul_pd(z, by[2]), origin[2]),
-        ]
+        let wide = |axis: usize| _mm256_cvtps_pd(_mm256_extractf128_ps::<WHICH>(corners[axis][corner]));
+        let (x, y, z) = (wide(0), wide(1), wide(2));
+        let across = |value: __m256d, axis: usize| {
+            let sheared = _mm256_sub_pd(value, _mm256_mul_pd(_mm256_set1_pd(shear.by[axis]), z));
+            _mm256_sub_pd(sheared, _mm256_set1_pd(origin[axis]))
+        };
+        let along = _mm256_mul_pd(z, _mm256_set1_pd(shear.by[2]));
+        [across(x, 0), across(y, 1), _mm256_sub_pd(along, _mm256_set1_pd(origin[2]))]
     };
     let [a, b, c] = [corner(0), corner(1), corner(2)];
     let edge = |p: [__m256d; 3], q: [__m256d; 3]| {
@@ -164,7 +185,9 @@ fn meet_half(block: &Block, half: usize, mask: u32, interval: [__m128; 2], sight
     let depth = _mm256_add_pd(_mm256_mul_pd(u, a[2]), _mm256_mul_pd(v, b[2]));
     let t = _mm256_div_pd(_mm256_add_pd(depth, _mm256_mul_pd(w, c[2])), sum);
     let mask = mask & _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(t, zero)) as u32;
-    let held = _mm_min_ps(interval[1], _mm_max_ps(interval[0], _mm256_cvtpd_ps(t)));
+    let [near, far] = interval;
+    let (near, far) = (_mm256_extractf128_ps::<WHICH>(near), _mm256_extractf128_ps::<WHICH>(far));
+    let held = _mm_min_ps(far, _mm_max_ps(near, _mm256_cvtpd_ps(t)));
     let to = |from: __m128| {
         let mut to = [0.0; HALF];
         #[expect(unsafe_code, reason = "four values to an array of four")]
@@ -174,14 +197,16 @@ fn meet_half(block: &Block, half: usize, mask: u32, interval: [__m128; 2], sight
         }
         to
     };
-    let [t, u, v] =
-        [held, _mm256_cvtpd_ps(_mm256_div_pd(v, sum)), _mm256_cvtpd_ps(_mm256_div_pd(w, sum))].map(to);
+    let t = to(held);
+    let u = to(_mm256_cvtpd_ps(_mm256_div_pd(v, sum)));
+    let v = to(_mm256_cvtpd_ps(_mm256_div_pd(w, sum)));
     let mut left = mask;
     while left != 0 {
-        let lane = left.trailing_zeros() as usize & (HALF - 1);
+        let lane = left.trailing_zeros() as usize % HALF;
         left &= left - 1;
         if t[lane] > 0.0 && t[lane] <= best.most {
-            best.take(Hit { triangle: block.triangles[half + lane], t: t[lane], u: u[lane], v: v[lane] });
+            let triangle = block.triangles[(WHICH as usize * HALF + lane) % BLOCK_TRIANGLES];
+            best.take(Hit { triangle, t: t[lane], u: u[lane], v: v[lane] });
         }
     }
 }
