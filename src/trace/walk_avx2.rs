@@ -83,7 +83,26 @@ fn enter<const NEAREST: bool>(parts: &Parts, index: usize, slabs: &Slabs, most: 
     let high = _mm256_srli_epi32::<16>(near);
     let near = _mm_packus_epi32(_mm256_castsi256_si128(high), _mm256_extracti128_si256::<1>(high));
     let mask = _mm256_movemask_ps(_mm256_castsi256_ps(met)) as u32;
+    // Most are looked at: the memory is asked for the first and the last while there is other work.
+    fetch(parts, node, mask.trailing_zeros() as usize);
+    fetch(parts, node, 31 - (mask | 1).leading_zeros() as usize);
     Entered { mask, near }
+}
+
+/// Asks for a child, by its place; one that is not there may be anything.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn fetch(parts: &Parts, node: &Node, place: usize) {
+    let inner = parts.nodes.as_ptr().wrapping_add(node.node(place)).cast::<i8>();
+    let block = parts.blocks.as_ptr().wrapping_add(node.block(place)).cast::<i8>();
+    let child = std::hint::select_unpredictable(place < node.inner(), inner, block);
+    #[expect(unsafe_code, reason = "a hint")]
+    #[allow(unused_unsafe, reason = "older compilers call it unsafe")]
+    // SAFETY: any address may be asked for.
+    unsafe {
+        _mm_prefetch::<_MM_HINT_T0>(child);
+        _mm_prefetch::<_MM_HINT_T0>(child.wrapping_add(64));
+    }
 }
 
 #[target_feature(enable = "avx2")]
