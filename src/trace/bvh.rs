@@ -1,53 +1,210 @@
-//! A tree of boxes, eight to a node, over the triangles of a mesh.
+//! A tree of boxes, eight to a node, over blocks of a mesh's triangles.
 //!
-//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`collapse`] makes
-//! nodes of eight of it. A child is a node or one triangle, so a triangle's own box is tested with those of its neighbours.
-//! The walk is ours: obvhs's is not conservative.
+//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`collapse`] makes nodes and
+//! blocks of it. A block has the corners of its triangles and not their boxes: a walk finds those in lanes, and what it
+//! reads together lies together. The walk is ours ([`super::walk`]): obvhs's is not conservative.
 
-use super::triangle::{Shear, Slabs, ends, within};
+use super::build::{Parts, balanced, collapse, levels};
+use super::triangle::ends;
+use super::walk;
 use super::{Hit, Ray};
-use crate::numeric::order::{max, max3, min, min3};
+use crate::numeric::order::{max3, min3};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
-use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
-use std::mem::MaybeUninit;
+use std::ops::Range;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// Marks a child that is a triangle.
-const LEAF: u32 = 1 << 31;
+/// The most triangles of a block, and the most vertices that they have.
+pub(super) const BLOCK_TRIANGLES: usize = 6;
+pub(super) const BLOCK_VERTICES: usize = 8;
 
-/// The most levels of a tree.
-const LEVELS: usize = 64;
+/// The most levels of nodes of a tree.
+pub(super) const LEVELS: usize = 64;
 
-/// The most entries of a walk's stack: a node leaves at most seven more than it takes, on each level.
-const STACK: usize = 7 * LEVELS + 1;
+/// Of a node's two words, the bits that count children: the others are the index of the first.
+const COUNT: u32 = 15;
 
-/// Boxes and what is in them.
+/// Boxes and what is in them: first nodes, then blocks.
 #[derive(Debug, Clone)]
-#[repr(C, align(64))]
+#[repr(C, align(16))]
 pub(super) struct Node {
-    /// For each axis the children's low and high coordinates; an absent child has an empty box.
-    pub(super) bounds: [[[f32; WIDTH]; 2]; 3],
-    /// A node's index, or [`LEAF`] and a leaf's.
-    children: [u32; WIDTH],
+    /// For each axis the children's low and high planes, in steps from the origin: rounded so that the planes as
+    /// [`Self::plane`] gives them enclose.
+    pub(super) steps: [[[u8; WIDTH]; 2]; 3],
+    pub(super) origin: [f32; 3],
+    /// The length of a step.
+    pub(super) step: [f32; 3],
+    /// The first child that is a node and the first that is a block, and how many there are of each.
+    first: [u32; 2],
 }
 
-const EMPTY: Node =
-    Node { bounds: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3], children: [0; WIDTH] };
+impl Node {
+    /// A node of no children.
+    pub(super) const EMPTY: Self =
+        Self { steps: [[[0; WIDTH]; 2]; 3], origin: [0.0; 3], step: [0.0; 3], first: [0; 2] };
+
+    /// Takes children: the indices of the first node and block and how many there are of each.
+    pub(super) fn adopt(&mut self, first: [usize; 2], count: [usize; 2]) {
+        self.first = [0, 1].map(|kind| first[kind] as u32 * (COUNT + 1) + count[kind] as u32);
+    }
+
+    /// How many children are nodes.
+    #[inline(always)]
+    pub(super) fn inner(&self) -> usize {
+        (self.first[0] & COUNT) as usize
+    }
+
+    /// How many children there are.
+    #[inline(always)]
+    pub(super) fn count(&self) -> usize {
+        self.inner() + (self.first[1] & COUNT) as usize
+    }
+
+    /// The index of a child that is a node, by its place.
+    #[inline(always)]
+    pub(super) fn node(&self, place: usize) -> usize {
+        (self.first[0] / (COUNT + 1)) as usize + place
+    }
+
+    /// The index of a child that is a block, by its place.
+    #[inline(always)]
+    pub(super) fn block(&self, place: usize) -> usize {
+        ((self.first[1] / (COUNT + 1)) as usize + place).wrapping_sub(self.inner())
+    }
+
+    /// The indices of the children that are nodes.
+    pub(super) fn nodes(&self) -> Range<usize> {
+        self.node(0)..self.node(self.inner())
+    }
+
+    /// A plane of an axis.
+    #[inline(always)]
+    pub(super) fn plane(&self, axis: usize, steps: u8) -> f32 {
+        self.origin[axis] + f32::from(steps) * self.step[axis]
+    }
+
+    /// Fits the boxes around those of the children and returns their hull.
+    fn enclose(&mut self, boxes: &[(Vec3, Vec3)]) -> (Vec3, Vec3) {
+        let hull = hull(boxes);
+        self.origin = hull.0.to_array();
+        for axis in 0..3 {
+            let (low, high) = (hull.0[axis], hull.1[axis]);
+            // Differences may be more than any f32.
+            let above = |end: f32| f64::from(end) - f64::from(low);
+            self.step[axis] = (above(high) / 255.0) as f32;
+            while self.plane(axis, 255) < high {
+                self.step[axis] = self.step[axis].next_up();
+            }
+            for (place, ends) in boxes.iter().enumerate() {
+                let steps = |end: f32| (above(end) / f64::from(self.step[axis])) as u8;
+                let [mut first, mut last] = [steps(ends.0[axis]), steps(ends.1[axis])];
+                while self.plane(axis, first) > ends.0[axis] {
+                    first -= 1;
+                }
+                while self.plane(axis, last) < ends.1[axis] {
+                    last += 1;
+                }
+                (self.steps[axis][0][place], self.steps[axis][1][place]) = (first, last);
+            }
+        }
+        hull
+    }
+}
+
+/// Triangles that share vertices.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub(super) struct Block {
+    /// For each axis the vertices' coordinates.
+    pub(super) vertices: [[f32; BLOCK_VERTICES]; 3],
+    /// The numbers of the triangles' vertices, three bits each: of all first corners, then of all second ones, then of
+    /// all third ones; the highest four bits are how many triangles there are.
+    pub(super) corners: u64,
+    /// The triangles; 0 where there are fewer.
+    pub(super) triangles: [u32; BLOCK_TRIANGLES],
+}
+
+impl Block {
+    /// The block of these triangles, which have at most [`BLOCK_VERTICES`] vertices, with no coordinates yet.
+    pub(super) fn of(held: &[u32], triangles: &[[u32; 3]]) -> Self {
+        let mut block = Self {
+            vertices: [[0.0; BLOCK_VERTICES]; 3],
+            corners: (held.len() as u64) << 60,
+            triangles: [0; BLOCK_TRIANGLES],
+        };
+        let mut vertices = Vec::with_capacity(BLOCK_VERTICES);
+        for (place, triangle) in held.iter().enumerate() {
+            block.triangles[place] = *triangle;
+            for (corner, vertex) in triangles[*triangle as usize].iter().enumerate() {
+                let known = vertices.iter().position(|known| known == vertex);
+                let number = known.unwrap_or(vertices.len());
+                vertices.extend(known.is_none().then_some(*vertex));
+                block.corners |= (number as u64) << (3 * (corner * BLOCK_TRIANGLES + place));
+            }
+        }
+        block
+    }
+
+    /// How many triangles there are.
+    #[inline(always)]
+    pub(super) fn count(&self) -> usize {
+        (self.corners >> 60) as usize
+    }
+
+    /// The number of a triangle's vertex.
+    #[inline(always)]
+    fn vertex(&self, corner: usize, place: usize) -> usize {
+        (self.corners >> (3 * (corner * BLOCK_TRIANGLES + place))) as usize % BLOCK_VERTICES
+    }
+
+    /// The corners of a triangle.
+    #[inline(always)]
+    pub(super) fn corners(&self, place: usize) -> [Vec3; 3] {
+        let corner = |corner: usize| {
+            let vertex = self.vertex(corner, place);
+            Vec3::new(self.vertices[0][vertex], self.vertices[1][vertex], self.vertices[2][vertex])
+        };
+        [corner(0), corner(1), corner(2)]
+    }
+
+    /// Takes the coordinates from the corners of all triangles and returns the box around its own.
+    ///
+    /// # Panics
+    /// Where triangles no longer share the vertices that they shared.
+    fn fill(&mut self, corners: &[[Vec3; 3]]) -> (Vec3, Vec3) {
+        let mut boxes = [(Vec3::ZERO, Vec3::ZERO); BLOCK_TRIANGLES];
+        let count = self.count();
+        for place in 0..count {
+            let triangle = &corners[self.triangles[place] as usize];
+            for (corner, from) in triangle.iter().enumerate() {
+                let vertex = self.vertex(corner, place);
+                for axis in 0..3 {
+                    self.vertices[axis][vertex] = from[axis];
+                }
+            }
+            boxes[place] = ends(triangle);
+        }
+        let same = |place: usize| self.corners(place) == corners[self.triangles[place] as usize];
+        assert!((0..count).all(same), "a pose has the triangles of the first");
+        hull(&boxes[..count])
+    }
+}
+
+/// The box around boxes.
+fn hull(boxes: &[(Vec3, Vec3)]) -> (Vec3, Vec3) {
+    boxes[1..].iter().fold(boxes[0], |hull, ends| (min3(hull.0, ends.0), max3(hull.1, ends.1)))
+}
 
 /// A mesh's triangles and a tree of boxes over them.
 #[derive(Debug, Clone)]
 pub struct Bvh {
-    /// A node comes before the nodes below it; the root is the first.
-    nodes: Vec<Node>,
+    pub(super) parts: Parts,
     /// The corners of every triangle, in the mesh's order.
     corners: Vec<[Vec3; 3]>,
-    /// The triangles again in the tree's order: what a walk reads together lies together.
-    leaves: Vec<([Vec3; 3], u32)>,
 }
 
 fn corners(mesh: &Mesh) -> Vec<[Vec3; 3]> {
@@ -56,7 +213,11 @@ fn corners(mesh: &Mesh) -> Vec<[Vec3; 3]> {
 
 impl Bvh {
     /// The tree over a mesh.
+    ///
+    /// # Panics
+    /// Where the mesh has 2²⁸ triangles or more.
     pub fn new(mesh: &Mesh) -> Self {
+        assert!(mesh.triangles.len() < 1 << 28, "fewer triangles than a node can count");
         let corners = corners(mesh);
         let boxes: Vec<_> = corners
             .iter()
@@ -74,24 +235,16 @@ impl Bvh {
             2,
         );
         ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
-        let mut nodes = collapse(&binary);
-        if levels(&nodes) > LEVELS {
-            nodes = balanced(&binary.primitive_indices);
+        let mut parts = collapse(&binary, &mesh.triangles);
+        if levels(&parts.nodes) > LEVELS {
+            parts = balanced(&binary.primitive_indices, &mesh.triangles);
         }
-        Self::of(nodes, corners)
+        Self::of(parts, corners)
     }
 
-    /// The tree of `nodes`, whose leaves are numbers of triangles, over triangles of these corners.
-    fn of(mut nodes: Vec<Node>, corners: Vec<[Vec3; 3]>) -> Self {
-        let mut leaves = Vec::with_capacity(corners.len());
-        for child in nodes.iter_mut().flat_map(|node| &mut node.children) {
-            if *child & LEAF != 0 {
-                let triangle = *child & !LEAF;
-                *child = LEAF | leaves.len() as u32;
-                leaves.push((corners[triangle as usize], triangle));
-            }
-        }
-        let mut bvh = Self { nodes, corners, leaves };
+    /// The tree of these nodes and blocks over triangles of these corners.
+    fn of(parts: Parts, corners: Vec<[Vec3; 3]>) -> Self {
+        let mut bvh = Self { parts, corners };
         bvh.enclose();
         bvh
     }
@@ -100,13 +253,10 @@ impl Bvh {
     /// Hits are those of a new tree; a pose far from the first makes them slower to find.
     ///
     /// # Panics
-    /// Where the mesh has another number of triangles.
+    /// Where the mesh has other triangles.
     pub fn refit(&mut self, mesh: &Mesh) {
         assert_eq!(mesh.triangles.len(), self.corners.len(), "a pose has the triangles of the first");
         self.corners = corners(mesh);
-        for (corners, triangle) in &mut self.leaves {
-            *corners = self.corners[*triangle as usize];
-        }
         self.enclose();
     }
 
@@ -115,30 +265,18 @@ impl Bvh {
         &self.corners
     }
 
-    /// Fits every box to what is in it, from the leaves up.
+    /// Fills the blocks and fits every box to what is in it, from the blocks up.
     fn enclose(&mut self) {
-        for index in (0..self.nodes.len()).rev() {
-            for lane in 0..WIDTH {
-                let node = &self.nodes[index];
-                let child = node.children[lane];
-                let (low, high) = if child & LEAF != 0 {
-                    ends(&self.leaves[(child & !LEAF) as usize].0)
-                } else if child != 0 {
-                    let child = &self.nodes[child as usize];
-                    let at = |side: usize, lane: usize| {
-                        Vec3::from_array([0, 1, 2].map(|axis| child.bounds[axis][side][lane]))
-                    };
-                    (1..WIDTH).fold((at(0, 0), at(1, 0)), |(low, high), lane| {
-                        (min3(low, at(0, lane)), max3(high, at(1, lane)))
-                    })
-                } else {
-                    continue;
-                };
-                for axis in 0..3 {
-                    self.nodes[index].bounds[axis][0][lane] = low[axis];
-                    self.nodes[index].bounds[axis][1][lane] = high[axis];
-                }
+        let Parts { nodes, blocks } = &mut self.parts;
+        let filled: Vec<_> = blocks.iter_mut().map(|block| block.fill(&self.corners)).collect();
+        let mut hulls = vec![(Vec3::ZERO, Vec3::ZERO); nodes.len()];
+        for (index, node) in nodes.iter_mut().enumerate().rev() {
+            let mut boxes = [(Vec3::ZERO, Vec3::ZERO); WIDTH];
+            for (place, ends) in boxes[..node.count()].iter_mut().enumerate() {
+                *ends =
+                    if place < node.inner() { hulls[node.node(place)] } else { filled[node.block(place)] };
             }
+            hulls[index] = node.enclose(&boxes[..node.count()]);
         }
     }
 
@@ -151,9 +289,9 @@ impl Bvh {
                 reason = "the twin with wider instructions, for a processor that was just looked at"
             )]
             // SAFETY: the processor has AVX2.
-            return unsafe { super::avx2::nearest(self, ray) };
+            return unsafe { super::walk_avx2::nearest(&self.parts, ray) };
         }
-        nearest(self, ray, enter)
+        walk::portable::nearest(&self.parts, ray)
     }
 
     /// Whether the ray meets any triangle.
@@ -165,262 +303,73 @@ impl Bvh {
                 reason = "the twin with wider instructions, for a processor that was just looked at"
             )]
             // SAFETY: the processor has AVX2.
-            return unsafe { super::avx2::blocked(self, ray) };
+            return unsafe { super::walk_avx2::blocked(&self.parts, ray) };
         }
-        blocked(self, ray, enter)
+        walk::portable::blocked(&self.parts, ray)
     }
-}
-
-/// Nodes of eight children from nodes of two, so that a ray is expected to test the fewest boxes: the cost of a subtree
-/// that may show itself as up to k children is the least over all ways to divide k among its two halves, or, as one child,
-/// its box's area plus the cost of its halves as eight (Ylitie, Karras and Laine 2017, §3.1).
-fn collapse(binary: &Bvh2) -> Vec<Node> {
-    let children = |node: usize| {
-        let first = binary.nodes[node].first_index as usize;
-        [first, first + 1]
-    };
-    // Parents before children.
-    let (mut order, mut open) = (Vec::with_capacity(binary.nodes.len()), vec![0]);
-    while let Some(node) = open.pop() {
-        order.push(node);
-        if !binary.nodes[node].is_leaf() {
-            open.extend(children(node));
-        }
-    }
-    // For each k from 1: the least cost as up to k children, and how many of them are the first half's; 0 for fewer than k.
-    let mut plans = vec![[(0.0_f32, 0_u8); WIDTH]; binary.nodes.len()];
-    for node in order.iter().rev().copied().filter(|node| !binary.nodes[*node].is_leaf()) {
-        let [a, b] = children(node).map(|child| plans[child]);
-        for count in 2..=WIDTH {
-            let divided = (1..count).map(|first| (a[first - 1].0 + b[count - first - 1].0, first as u8));
-            let best =
-                divided.fold((f32::INFINITY, 0), |best, next| if next.0 < best.0 { next } else { best });
-            let fewer = plans[node][count - 2].0;
-            plans[node][count - 1] = if count > 2 && fewer <= best.0 { (fewer, 0) } else { best };
-        }
-        plans[node][0] = (binary.nodes[node].aabb().half_area() + plans[node][WIDTH - 1].0, 0);
-    }
-    let mut nodes = vec![EMPTY];
-    let mut open = vec![(0, 0)]; // a binary node and the node that it becomes
-    while let Some((from, to)) = open.pop() {
-        let mut shown = Vec::with_capacity(WIDTH);
-        // Subtrees, and as how many children each may show itself.
-        let mut parts = vec![(from, WIDTH)];
-        while let Some((node, mut count)) = parts.pop() {
-            while count > 2 && plans[node][count - 1].1 == 0 && !binary.nodes[node].is_leaf() {
-                count -= 1;
-            }
-            if binary.nodes[node].is_leaf() || (count == 1 && node != from) {
-                shown.push(node);
-            } else {
-                let first = usize::from(plans[node][count - 1].1);
-                let [a, b] = children(node);
-                parts.extend([(b, count - first), (a, first)]);
-            }
-        }
-        for (lane, child) in shown.into_iter().enumerate() {
-            let node = &binary.nodes[child];
-            nodes[to].children[lane] = if node.is_leaf() {
-                LEAF | binary.primitive_indices[node.first_index as usize]
-            } else {
-                nodes.push(EMPTY);
-                open.push((child, nodes.len() - 1));
-                nodes.len() as u32 - 1
-            };
-        }
-    }
-    nodes
-}
-
-/// The levels of a tree.
-fn levels(nodes: &[Node]) -> usize {
-    let mut below = vec![1; nodes.len()];
-    for (index, node) in nodes.iter().enumerate().rev() {
-        for child in node.children.iter().filter(|child| **child & LEAF == 0 && **child != 0) {
-            below[index] = max(below[index], 1 + below[*child as usize]);
-        }
-    }
-    below[0]
-}
-
-/// A tree of as few levels as there can be over triangles in this order: for meshes whose own tree is too deep for a
-/// walk's stack. (No such mesh is known: obvhs gives no bound.)
-fn balanced(order: &[u32]) -> Vec<Node> {
-    let mut nodes = vec![EMPTY];
-    let mut open = vec![(0..order.len(), 0_usize)];
-    while let Some((range, to)) = open.pop() {
-        let part = range.len().div_ceil(WIDTH);
-        for (lane, first) in range.clone().step_by(max(part, 1)).enumerate() {
-            nodes[to].children[lane] = if part == 1 {
-                LEAF | order[first]
-            } else {
-                nodes.push(EMPTY);
-                open.push((first..min(first + part, range.end), nodes.len() - 1));
-                nodes.len() as u32 - 1
-            };
-        }
-    }
-    nodes
-}
-
-/// The boxes of a node that a ray is in, up to some t.
-pub(super) struct Entered {
-    /// A bit for each child.
-    pub(super) mask: u32,
-    /// Where the ray enters each child's box, and where it leaves it.
-    pub(super) near: [f32; WIDTH],
-    pub(super) far: [f32; WIDTH],
-}
-
-/// Tests a ray against the eight boxes of a node, up to `most`.
-#[inline(always)]
-fn enter(node: &Node, slabs: &Slabs, most: f32) -> Entered {
-    let mut entered = Entered { mask: 0, near: [0.0; WIDTH], far: [0.0; WIDTH] };
-    for lane in 0..WIDTH {
-        let side = |flip: bool| {
-            [0, 1, 2].map(|axis| node.bounds[axis][usize::from(slabs.high_first[axis] != flip)][lane])
-        };
-        let [near, far] = slabs.interval(side(false), side(true));
-        (entered.near[lane], entered.far[lane]) = (near, far);
-        entered.mask |= u32::from(near <= far && near <= most) << lane;
-    }
-    entered
-}
-
-/// What a walk has yet to look at: children, and the intervals of their boxes.
-struct Stack {
-    items: [MaybeUninit<(u32, f32, f32)>; STACK],
-    length: usize,
-}
-
-impl Stack {
-    /// A stack that holds the root.
-    #[inline(always)]
-    fn new() -> Self {
-        let mut stack = Self { items: [const { MaybeUninit::uninit() }; STACK], length: 0 };
-        stack.push((0, 0.0, f32::INFINITY));
-        stack
-    }
-
-    /// # Panics
-    /// Where the stack is full, which [`Bvh::new`] rules out.
-    #[inline(always)]
-    fn push(&mut self, item: (u32, f32, f32)) {
-        self.items[self.length] = MaybeUninit::new(item);
-        self.length += 1;
-    }
-
-    #[inline(always)]
-    fn get(&self, at: usize) -> (u32, f32, f32) {
-        assert!(at < self.length);
-        #[expect(unsafe_code, reason = "an item that was written")]
-        // SAFETY: all items below the length were written.
-        unsafe {
-            self.items[at].assume_init()
-        }
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<(u32, f32, f32)> {
-        let item = (self.length > 0).then(|| self.get(self.length - 1))?;
-        self.length -= 1;
-        Some(item)
-    }
-
-    /// Adds what a ray entered, so that it leaves the nearest first.
-    #[inline(always)]
-    fn add(&mut self, node: &Node, mut entered: Entered) {
-        let bottom = self.length;
-        while entered.mask != 0 {
-            let lane = entered.mask.trailing_zeros() as usize & (WIDTH - 1);
-            entered.mask &= entered.mask - 1;
-            let item = (node.children[lane], entered.near[lane], entered.far[lane]);
-            let mut at = self.length;
-            self.push(item);
-            while at > bottom && self.get(at - 1).1 < item.1 {
-                self.items[at] = self.items[at - 1];
-                at -= 1;
-            }
-            self.items[at] = MaybeUninit::new(item);
-        }
-    }
-}
-
-/// [`Bvh::nearest`] with a way to test a node.
-#[inline(always)]
-pub(super) fn nearest(bvh: &Bvh, ray: &Ray, enter: impl Fn(&Node, &Slabs, f32) -> Entered) -> Option<Hit> {
-    let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
-    let origin = shear.apply(ray.origin);
-    let mut best: Option<Hit> = None;
-    let mut most = ray.far;
-    let mut stack = Stack::new();
-    'walk: while let Some((mut child, mut enters, mut leaves)) = stack.pop() {
-        if enters > most {
-            continue;
-        }
-        while child & LEAF == 0 {
-            let node = &bvh.nodes[child as usize];
-            let entered = enter(node, &slabs, most);
-            // Most often one box is left: no need to put it on the stack.
-            let lane = entered.mask.trailing_zeros() as usize & (WIDTH - 1);
-            if entered.mask & entered.mask.wrapping_sub(1) != 0 {
-                stack.add(node, entered);
-            } else if entered.mask != 0 {
-                (child, enters, leaves) = (node.children[lane], entered.near[lane], entered.far[lane]);
-                continue;
-            }
-            continue 'walk;
-        }
-        let (corners, triangle) = &bvh.leaves[(child & !LEAF) as usize];
-        let hit = within(&shear, origin, corners, *triangle, [enters, leaves], most);
-        let nearer = |hit: &Hit| best.is_none_or(|best| hit.t < best.t || *triangle < best.triangle);
-        if let Some(hit) = hit.filter(nearer) {
-            best = Some(hit);
-            most = hit.t;
-        }
-    }
-    best
-}
-
-/// [`Bvh::blocked`] with a way to test a node.
-#[inline(always)]
-pub(super) fn blocked(bvh: &Bvh, ray: &Ray, enter: impl Fn(&Node, &Slabs, f32) -> Entered) -> bool {
-    let (slabs, shear) = (Slabs::new(ray), Shear::new(ray.direction));
-    let origin = shear.apply(ray.origin);
-    let mut stack = Stack::new();
-    while let Some((child, ..)) = stack.pop() {
-        let node = &bvh.nodes[child as usize];
-        let mut entered = enter(node, &slabs, ray.far);
-        while entered.mask != 0 {
-            let lane = entered.mask.trailing_zeros() as usize & (WIDTH - 1);
-            entered.mask &= entered.mask - 1;
-            let (child, interval) = (node.children[lane], [entered.near[lane], entered.far[lane]]);
-            if child & LEAF == 0 {
-                stack.push((child, interval[0], interval[1]));
-                continue;
-            }
-            let (corners, _) = &bvh.leaves[(child & !LEAF) as usize];
-            if within(&shear, origin, corners, 0, interval, ray.far).is_some() {
-                return true;
-            }
-        }
-    }
-    false
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::random::unit;
     use crate::world::shapes;
+
+    /// At any scale, also where a step is less than the coordinates can show or the hull is a plane or a point.
+    #[test]
+    fn planes_in_steps_enclose_what_they_are_made_for_closely() {
+        let number = |at: u64, which: u64| unit(3, at, 0, which) * 2.0 - 1.0;
+        let three = |at: u64, which: u64| Vec3::from_array([0, 1, 2].map(|axis| number(at, which + axis)));
+        for case in 0..20_000 {
+            let size = [1.0, 1e-3, 1e-30, 1e-38, 3e-45, 1e30, 3.4e38, 0.0][case as usize % 8];
+            let shift = [0.0, 1.0, 3e4, 1e-40][case as usize / 8 % 4];
+            let scale = Vec3::from_array([size, if case % 3 == 0 { 0.0 } else { size }, size * 1e-4]);
+            let boxes: Vec<_> = (0..1 + case % 8)
+                .map(|child| {
+                    let [a, b] =
+                        [0, 3].map(|which| three(8 * case + child, which) * scale + Vec3::splat(shift));
+                    (min3(a, b), max3(a, b))
+                })
+                .collect();
+            let mut node = Node::EMPTY;
+            let (low, high) = node.enclose(&boxes);
+            for axis in 0..3 {
+                for (place, ends) in boxes.iter().enumerate() {
+                    let [first, last] = [0, 1].map(|side| node.steps[axis][side][place]);
+                    assert!(node.plane(axis, first) <= ends.0[axis], "{boxes:?}");
+                    assert!(node.plane(axis, last) >= ends.1[axis], "{boxes:?}");
+                    let step = f64::from(node.step[axis]);
+                    let apart = |a: f32, b: f32| (f64::from(a) - f64::from(b)).abs();
+                    if (high[axis] - low[axis]).is_infinite() {
+                        continue;
+                    }
+                    // Where a step is less than the planes can show, the nearest that they can.
+                    let most = 2.0 * step + apart(low[axis], low[axis].next_up());
+                    let most = most + apart(high[axis], high[axis].next_down());
+                    assert!(apart(node.plane(axis, first), ends.0[axis]) <= most, "{boxes:?}");
+                    assert!(apart(node.plane(axis, last), ends.1[axis]) <= most, "{boxes:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "a pose has the triangles of the first")]
+    fn a_pose_with_other_triangles_is_refused() {
+        let mesh = shapes::sphere(2).unwrap();
+        let mut turned = mesh.triangles.clone();
+        turned.rotate_left(1);
+        Bvh::new(&mesh).refit(&Mesh::new(mesh.positions, None, turned).unwrap());
+    }
 
     #[test]
     fn a_balanced_tree_finds_the_same_hits_and_has_few_levels() {
         let mesh = shapes::torus_knot(2, 3, 0.35, 64, 8).unwrap();
         let built = Bvh::new(&mesh);
         let order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-        let other = Bvh::of(balanced(&order), corners(&mesh));
-        assert_eq!((levels(&other.nodes), levels(&[EMPTY])), (4, 1)); // 1,024 triangles
-        assert!((4..=LEVELS).contains(&levels(&built.nodes)), "{}", levels(&built.nodes));
+        let other = Bvh::of(balanced(&order, &mesh.triangles), corners(&mesh));
+        assert_eq!((levels(&other.parts.nodes), levels(&[Node::EMPTY])), (3, 1)); // 1,024 triangles
+        assert!((3..=LEVELS).contains(&levels(&built.parts.nodes)), "{}", levels(&built.parts.nodes));
         let mut hits = 0;
         for (from, to) in mesh.positions.iter().zip(mesh.positions.iter().rev()) {
             let ray = Ray::new(*from * 1.5, *to - *from * 1.5);

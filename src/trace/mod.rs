@@ -4,15 +4,19 @@
 //! is kept whatever tree was built: [`triangle`] says what hits, and every step of the walk compares numbers that can
 //! only grow from a triangle's own box to the boxes around it.
 
-#[cfg(target_arch = "x86_64")]
-mod avx2;
-#[cfg(target_arch = "x86_64")]
-mod avx512;
+mod build;
 pub mod bundle;
 mod bvh;
 mod cells;
 mod hold;
+#[cfg(target_arch = "x86_64")]
+mod hold_avx2;
+#[cfg(target_arch = "x86_64")]
+mod hold_avx512;
 pub mod triangle;
+mod walk;
+#[cfg(target_arch = "x86_64")]
+mod walk_avx2;
 
 pub use bvh::Bvh;
 

@@ -26,9 +26,9 @@ pub(super) const PADDING: f32 = 5e-7;
 #[derive(Debug, Clone, Copy)]
 pub struct Shear {
     /// Which of the world's axes become x, y and z.
-    axes: [usize; 3],
+    pub(super) axes: [usize; 3],
     /// What x and y lose for each unit of z, and the scale of z.
-    by: [f64; 3],
+    pub(super) by: [f64; 3],
 }
 
 impl Shear {
@@ -43,8 +43,9 @@ impl Shear {
         } else {
             2
         };
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let [x, y, z] = axes.map(|axis| f64::from(direction[axis]));
+        // Tables, since a direction's largest component is nothing that a branch foretells.
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
+        let [x, y, z] = picked(direction, axes);
         Self { axes, by: [x / z, y / z, 1.0 / z] }
     }
 
@@ -57,11 +58,17 @@ impl Shear {
     /// A sheared point: where it lies across the direction, and how far along it.
     #[inline(always)]
     pub fn apply(&self, point: Vec3) -> [f64; 3] {
-        // (Here and below no `array::map`, which may stay a call.)
-        let (point, axes) = (point.to_array(), self.axes);
-        let (x, y, z) = (f64::from(point[axes[0]]), f64::from(point[axes[1]]), f64::from(point[axes[2]]));
+        let [x, y, z] = picked(point, self.axes);
         [x - self.by[0] * z, y - self.by[1] * z, z * self.by[2]]
     }
+}
+
+/// The components of a vector by these axes.
+#[inline(always)]
+fn picked(vector: Vec3, axes: [usize; 3]) -> [f64; 3] {
+    // (Here and below no `array::map`, which may stay a call.)
+    let vector = vector.to_array();
+    [f64::from(vector[axes[0]]), f64::from(vector[axes[1]]), f64::from(vector[axes[2]])]
 }
 
 /// Where the z axis through `origin` meets the triangle of sheared `corners`: t, and the weights of the second and the
@@ -88,15 +95,16 @@ pub(super) struct Slabs {
     pub(super) origin: [f32; 3],
     /// 1 / direction: infinite where a component is 0.
     pub(super) inverse: [f32; 3],
-    /// Whether the high side of a box comes first, for each axis.
-    pub(super) high_first: [bool; 3],
+    /// Which side of a box comes first, for each axis: 0 its low or 1 its high one.
+    pub(super) first: [usize; 3],
 }
 
 impl Slabs {
     #[inline(always)]
     pub(super) fn new(ray: &Ray) -> Self {
         let inverse = ray.direction.to_array().map(|component| 1.0 / component);
-        Self { origin: ray.origin.to_array(), inverse, high_first: inverse.map(|inverse| inverse < 0.0) }
+        let first = inverse.map(|inverse| usize::from(inverse < 0.0));
+        Self { origin: ray.origin.to_array(), inverse, first }
     }
 
     /// The interval of t in which a ray is between the `first` and the `second` planes that it meets of each axis, widened
@@ -126,11 +134,9 @@ pub(super) fn ends([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3) {
 #[inline(always)]
 pub(super) fn interval(slabs: &Slabs, corners: &[Vec3; 3]) -> [f32; 2] {
     let (low, high) = ends(corners);
-    let (low, high) = (low.to_array(), high.to_array());
-    let pick = |flip: bool| {
-        std::array::from_fn(|axis| if slabs.high_first[axis] != flip { high[axis] } else { low[axis] })
-    };
-    slabs.interval(pick(false), pick(true))
+    let ends = [low.to_array(), high.to_array()];
+    let pick = |flip: usize| std::array::from_fn(|axis| ends[slabs.first[axis] ^ flip][axis]);
+    slabs.interval(pick(0), pick(1))
 }
 
 /// Where a ray meets a triangle whose box it meets in `interval`, at most at the ray's `far`.

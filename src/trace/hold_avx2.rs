@@ -1,12 +1,8 @@
-//! What is done eight at a time: boxes of a node, with the bits of `bvh::enter`, and points that triangles are held against,
-//! as `hold::walk` does: what is certain there is certain here.
+//! Points that triangles are held against, eight at a time, as `hold::walk` does: what is certain there is certain here.
 
 use super::bundle::Bundle;
-use super::bvh::{self, Bvh, Entered, Node, WIDTH};
 use super::cells::{BLOCK_COLUMNS, Cells, Grid, Lanes};
 use super::hold::{DEPTH_SLACK, SLACK, decide};
-use super::triangle::{PADDING, Slabs};
-use super::{Hit, Ray};
 use glam::Vec3;
 use std::arch::x86_64::*;
 
@@ -221,47 +217,4 @@ fn load(lanes: &Lanes, at: usize) -> [__m256; 4] {
             _mm256_loadu_ps(lanes.place.as_ptr().add(at).cast()),
         ]
     }
-}
-
-/// `Bvh::nearest` with eight lanes.
-#[target_feature(enable = "avx2")]
-pub(super) fn nearest(bvh: &Bvh, ray: &Ray) -> Option<Hit> {
-    bvh::nearest(bvh, ray, |node, slabs, most| enter(node, slabs, most))
-}
-
-/// `Bvh::blocked` with eight lanes.
-#[target_feature(enable = "avx2")]
-pub(super) fn blocked(bvh: &Bvh, ray: &Ray) -> bool {
-    bvh::blocked(bvh, ray, |node, slabs, most| enter(node, slabs, most))
-}
-
-/// `Slabs::interval` of the eight boxes of a node.
-#[target_feature(enable = "avx2")]
-#[inline]
-fn enter(node: &Node, slabs: &Slabs, most: f32) -> Entered {
-    let (mut near, mut far) = (_mm256_setzero_ps(), _mm256_set1_ps(f32::INFINITY));
-    for axis in 0..3 {
-        let first = usize::from(slabs.high_first[axis]);
-        let at = |side: usize| {
-            let bounds: &[f32; WIDTH] = &node.bounds[axis][side];
-            #[expect(unsafe_code, reason = "a vector of eight values")]
-            // SAFETY: the array holds the 32 bytes that are read.
-            let bounds = unsafe { _mm256_loadu_ps(bounds.as_ptr()) };
-            let from = _mm256_sub_ps(bounds, _mm256_set1_ps(slabs.origin[axis]));
-            _mm256_mul_ps(from, _mm256_set1_ps(slabs.inverse[axis]))
-        };
-        // `numeric::order`'s max and min: the second operand is the value where one is no number.
-        near = _mm256_max_ps(at(first), near);
-        far = _mm256_min_ps(at(1 - first), far);
-    }
-    let near = _mm256_mul_ps(near, _mm256_set1_ps(1.0 - PADDING));
-    let far = _mm256_mul_ps(far, _mm256_set1_ps(1.0 + PADDING));
-    let met = _mm256_and_ps(
-        _mm256_cmp_ps::<_CMP_LE_OQ>(near, far),
-        _mm256_cmp_ps::<_CMP_LE_OQ>(near, _mm256_set1_ps(most)),
-    );
-    let mut entered = Entered { mask: _mm256_movemask_ps(met) as u32, near: [0.0; WIDTH], far: [0.0; WIDTH] };
-    store(&mut entered.near, near);
-    store(&mut entered.far, far);
-    entered
 }
