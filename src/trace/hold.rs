@@ -213,11 +213,11 @@ mod tests {
         let cuboid = shapes::cuboid(Vec3::new(1.0, 1.1, 0.9), 6).unwrap();
         // Few points, far from each other, among small triangles: a block of cells that is left out by mistake shows.
         let place = |number: u64| Vec3::from_array([0, 1, 2].map(|axis| unit(1, number, axis, 0)));
-        let corners = (0..2400).map(|i| place(i / 3) + place(i + 5000) * 0.05).collect();
+        let corners = (0..2400).map(|i| place(i / 3) + place(i + 5000) * 0.14).collect();
         let soup =
             Mesh::new(corners, None, (0..800).map(|i| [0, 1, 2].map(|corner| 3 * i + corner)).collect())
                 .unwrap();
-        let dust: Vec<_> = (0..150).map(|i| place(i + 9000)).collect();
+        let dust: Vec<_> = (0..8).map(|i| place(i + 9000)).collect();
         for direction in &even {
             agree(&knot, &knot.positions, &knot.normals, *direction);
             agree(&knot, &knot.positions, &turned, *direction);

@@ -166,7 +166,12 @@ fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue:
         for item in 0..count {
             let at = starts[cells[0][item] as usize] as usize;
             for list in [x.as_ptr(), y.as_ptr(), z.as_ptr(), place.as_ptr().cast()] {
-                _mm_prefetch::<_MM_HINT_T0>(list.wrapping_add(at).cast());
+                #[expect(unsafe_code, reason = "a hint")]
+                #[allow(unused_unsafe, reason = "older compilers call it unsafe")]
+                // SAFETY: any address may be asked for.
+                unsafe {
+                    _mm_prefetch::<_MM_HINT_T0>(list.wrapping_add(at).cast());
+                }
             }
         }
     }
