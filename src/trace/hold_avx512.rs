@@ -162,6 +162,7 @@ fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue:
     let Queue { length, numbers, cells } = queue;
     let (count, points) = (min(*length, ROOM), z.len());
     let (x, y, place) = (&x[..points], &y[..points], &place[..points]);
+    let (starts, columns) = (starts.as_slice(), grid.size[0]);
     if points > CACHED {
         for item in 0..count {
             let at = starts[cells[0][item] as usize] as usize;
@@ -181,10 +182,12 @@ fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue:
             [all(0), all(1), all(2), all(3), all(4), all(5), all(6), all(7), all(8), all(9)];
         let outside = _mm512_xor_ps(slack, _mm512_set1_ps(-0.0));
         let (mut start, span) = (cells[0][item] as usize, cells[1][item] as usize);
-        for _ in 0..=cells[2][item] {
+        let mut more = cells[2][item];
+        loop {
             let mut at = starts[start] as usize;
             let end = starts[start + span] as usize;
-            while at < end {
+            // (Points of the cells after these are no less behind triangles than others.)
+            loop {
                 assert!(at + LANES <= points, "room after the last point");
                 #[expect(unsafe_code, reason = "vectors of sixteen values")]
                 // SAFETY: each list has the 64 bytes from `at` on.
@@ -193,13 +196,12 @@ fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue:
                     let own = _mm512_loadu_si512(place.as_ptr().add(at).cast());
                     (of(x.as_ptr()), of(y.as_ptr()), of(z.as_ptr()), own)
                 };
-                let counts = if end - at < LANES { (1_u32 << (end - at)) - 1 } else { 0xffff } as u16;
                 let (px, py) = (_mm512_sub_ps(px, ax), _mm512_sub_ps(py, ay));
                 let u = _mm512_sub_ps(_mm512_mul_ps(px, fy), _mm512_mul_ps(py, fx));
                 let v = _mm512_sub_ps(_mm512_mul_ps(py, ex), _mm512_mul_ps(px, ey));
                 let w = _mm512_sub_ps(_mm512_sub_ps(area, u), v);
                 let least = _mm512_min_ps(w, _mm512_min_ps(u, v));
-                let mut may = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(counts, pz, behind);
+                let mut may = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(pz, behind);
                 may = _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(may, least, outside);
                 for corner in 3..6 {
                     may = _mm512_mask_cmpneq_epi32_mask(may, own, _mm512_set1_epi32(cells[corner][item]));
@@ -214,14 +216,37 @@ fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue:
                     }
                     let doubtful = may & !must;
                     if doubtful != 0 {
-                        let triangle = [3, 4, 5].map(|corner| cells[corner][item] as u32);
-                        decide(bundle, &place[at..], &mut z[at..], direction, &triangle, u32::from(doubtful));
+                        let (place, z) = (&place[at..], &mut z[at..]);
+                        decide_queued(bundle, place, z, direction, &cells[3..], item, u32::from(doubtful));
                     }
                 }
                 at += LANES;
+                if at >= end {
+                    break;
+                }
             }
-            start += 2 * grid.size[0];
+            if more <= 0 {
+                break;
+            }
+            more -= 1;
+            start += 2 * columns;
         }
     }
     *length = 0;
+}
+
+/// `decide` for a triangle of the queue, whose corners only this function reads one by one.
+#[cold]
+#[inline(never)]
+fn decide_queued(
+    bundle: &Bundle,
+    place: &[u32],
+    z: &mut [f32],
+    direction: Vec3,
+    corners: &[[i32; ROOM]],
+    item: usize,
+    doubtful: u32,
+) {
+    let triangle = [0, 1, 2].map(|corner| corners[corner][item] as u32);
+    decide(bundle, place, z, direction, &triangle, doubtful);
 }
