@@ -218,6 +218,21 @@ fn two_pieces_stay_two() {
     assert!(decimate(two, 7).is_err());
 }
 
+/// The vertices of an upright sheet stand on the middles of a level one's edges.
+#[test]
+fn no_vertex_moves_into_the_place_of_another() {
+    let mut two = grid(8, 8, |x, y| Vec3::new(16.0 * x, 16.0 * y, 0.0));
+    let upright = grid(4, 2, |x, z| Vec3::new(16.0 * x - 1.0, 8.0, 8.0 * z - 4.0));
+    let count = two.positions.len() as u32;
+    two.positions.extend(upright.positions);
+    two.triangles.extend(upright.triangles.iter().map(|t| t.map(|corner| corner + count)));
+    let two = Mesh::new(two.positions, None, two.triangles).unwrap();
+    for most in (6..143).step_by(9) {
+        let found = kind(&decimated(&two, most));
+        assert_eq!((found.euler, found.pieces, found.crossings, found.pinches), (2, 2, 0, 0), "{most}");
+    }
+}
+
 /// N equal triangles on the unit sphere have an area of 4π/N each; equilateral ones then have corners at
 /// r² = 16π / (3√3 N) from their middles, which lie 1 − √(1 − r²) below the sphere.
 fn chord(triangles: usize) -> f64 {
@@ -350,7 +365,8 @@ proptest! {
                 prop_assert!(fewer.triangles.len() <= most);
                 let (found, was) = (kind(&fewer), kind(&mesh));
                 prop_assert_eq!((found.euler, found.pieces, found.crossings), (was.euler, was.pieces, was.crossings));
-                prop_assert!(found.closed == was.closed && found.pinches <= was.pinches);
+                // A triangle that is turned over may go with its flaw.
+                prop_assert!(found.closed >= was.closed && found.pinches <= was.pinches);
                 prop_assert!(found.boundary <= was.boundary && (found.boundary > 0) == (was.boundary > 0));
             }
             Err(error) => prop_assert!(error.remedy.is_some(), "{error}"),

@@ -186,7 +186,7 @@ fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue:
         loop {
             let mut at = starts[start] as usize;
             let end = starts[start + span] as usize;
-            // (What comes after the last point of these cells may be tested as well: it is a point of others, or nobody's.)
+            // Up to fifteen points of other cells, or nobody's, are tested as well; `SLACK` says why that is right.
             loop {
                 assert!(at + LANES <= points, "room after the last point");
                 #[expect(unsafe_code, reason = "vectors of sixteen values")]

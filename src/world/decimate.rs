@@ -9,6 +9,7 @@
 //! - Vertices in one place are one, as in [`Facts`](super::mesh::Facts); unused ones go, and so do triangles with two
 //!   corners in one place. What stays keeps the mesh's order.
 //! - The surface keeps its kind: pieces, handles and holes stay (the link condition), so a closed solid stays closed.
+//! - No vertex moves into another's place, where the two would be one.
 //! - No triangle turns by more than 78° in one collapse, and none loses its area. One that has none from the start
 //!   weighs nothing.
 //! - A boundary weighs [`BOUNDARY`] times its length squared, as planes through its edges upright on the surface.
@@ -16,11 +17,11 @@
 //! - On flat parts every error is 0 or rounding: there short edges go first, by [`SHAPE`].
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeSet, BinaryHeap};
 
 use glam::{DMat3, DVec3, Vec3};
 
-use super::mesh::{Mesh, doubled_area, first_equal, in_range};
+use super::mesh::{Mesh, doubled_area, first_equal, in_range, key};
 use crate::Error;
 use crate::numeric::order::max;
 
@@ -116,6 +117,8 @@ type Candidate = Reverse<(u64, u32, u32, usize, u64)>;
 /// A mesh that loses edges.
 struct Surface {
     positions: Vec<Vec3>,
+    /// Where vertices are.
+    places: BTreeSet<[u32; 3]>,
     quadrics: Vec<Quadric>,
     /// Living ones, and in their places those that are gone.
     triangles: Vec<[u32; 3]>,
@@ -139,6 +142,7 @@ impl Surface {
             mesh.triangles.iter().map(|corners| corners.map(|corner| place[corner as usize])).collect();
         triangles.retain(|[a, b, c]| a != b && b != c && c != a);
         let mut surface = Self {
+            places: place.iter().map(|&first| key(mesh.positions[first as usize])).collect(),
             positions: mesh.positions,
             quadrics: vec![Quadric::NONE; count],
             gone: vec![false; triangles.len()],
@@ -234,7 +238,7 @@ impl Surface {
             if !self.keeps_its_kind(a, b) {
                 continue;
             }
-            if self.folds(a, b, point) || self.folds(b, a, point) {
+            if self.meets_another(a, b, point) || self.folds(a, b, point) || self.folds(b, a, point) {
                 self.push(a, b, way + 1);
             } else {
                 self.collapse(a, b, point);
@@ -299,6 +303,12 @@ impl Surface {
             }
     }
 
+    /// Whether a vertex that is neither `a` nor `b` is at `point`.
+    fn meets_another(&self, a: u32, b: u32, point: Vec3) -> bool {
+        let own = [a, b].iter().any(|vertex| self.positions[*vertex as usize] == point);
+        !own && self.places.contains(&key(point))
+    }
+
     /// Whether a triangle of `vertex` that is not one of `other` folds, or loses its area, if `vertex` moves to `point`.
     fn folds(&self, vertex: u32, other: u32, point: Vec3) -> bool {
         self.around[vertex as usize].iter().any(|&index| {
@@ -330,6 +340,8 @@ impl Surface {
         let fan = one.into_iter().chain(other).filter(|&index| !self.gone[index as usize]).collect();
         let [a_, b_] = [a as usize, b as usize];
         self.around[a_] = fan;
+        [a_, b_].iter().for_each(|vertex| _ = self.places.remove(&key(self.positions[*vertex])));
+        self.places.insert(key(point));
         self.positions[a_] = point;
         let joined = self.quadrics[b_];
         self.quadrics[a_].add(&joined);
