@@ -98,8 +98,7 @@ impl Truth {
 
     /// Adds samples until each pixel has `samples`.
     pub fn advance(&mut self, samples: u64) {
-        let (scene, view) = (&self.scene, &self.view);
-        self.sums.advance(samples, |pixel, random| scene.pixel(view, pixel, random));
+        self.scene.pixels(&self.view, &mut self.sums, samples);
     }
 
     /// The buffers of [`TRUTH`]; of fewer than two samples the variance is 0.

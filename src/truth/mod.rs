@@ -27,7 +27,7 @@ use crate::Error;
 use crate::numeric::random::Sample;
 use crate::numeric::vector::unit_or_zero;
 use crate::raster::Axes;
-use crate::trace::{Bvh, Ray};
+use crate::trace::{Bvh, Hit, Ray};
 use crate::world::brdf::Brdf;
 use crate::world::camera::Camera;
 use crate::world::medium::Medium;
@@ -107,19 +107,33 @@ pub struct View {
 }
 
 impl View {
-    /// A sample's ray through a pixel, counted row by row from the top left; its direction is a unit vector.
-    pub fn ray(&self, pixel: usize, random: &mut Sample) -> Ray {
-        let [width, height] = self.size;
-        let [dx, dy] = match self.filter {
-            Filter::Point => [0.5; 2],
-            Filter::Box => random.pair(),
-        };
+    /// Its rays.
+    pub fn rays(&self) -> Rays {
+        let Camera { position, target, up, .. } = self.camera;
+        let tangents = self.camera.tangents(self.size[0], self.size[1]);
+        Rays { eye: position, axes: Axes::looking(target - position, up), tangents, size: self.size }
+    }
+}
+
+/// The rays of a view.
+#[derive(Debug, Clone, Copy)]
+pub struct Rays {
+    eye: Vec3,
+    axes: Axes,
+    /// Of half the angles of the view, across and upward.
+    tangents: [f32; 2],
+    size: [usize; 2],
+}
+
+impl Rays {
+    /// The ray through a place in a pixel, counted row by row from the top left as parts of its sides; its direction is a
+    /// unit vector.
+    pub fn through(&self, pixel: usize, [dx, dy]: [f32; 2]) -> Ray {
+        let ([width, height], [across, along]) = (self.size, self.tangents);
         let x = 2.0 * ((pixel % width) as f32 + dx) / width as f32 - 1.0;
         let y = 1.0 - 2.0 * ((pixel / width) as f32 + dy) / height as f32;
-        let axes = Axes::looking(self.camera.target - self.camera.position, self.camera.up);
-        let [across, along] = self.camera.tangents(width, height);
-        let direction = axes.forward + axes.right * (x * across) + axes.up * (y * along);
-        Ray::new(self.camera.position, unit_or_zero(direction))
+        let direction = self.axes.forward + self.axes.right * (x * across) + self.axes.up * (y * along);
+        Ray::new(self.eye, unit_or_zero(direction))
     }
 }
 
@@ -172,18 +186,35 @@ impl Scene {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// One sample of the radiance that a pixel sees, RGB.
-    pub fn pixel(&self, view: &View, pixel: usize, random: &mut Sample) -> Vec3 {
-        self.along(&view.ray(pixel, random), random).unwrap_or(view.background)
+    /// Adds samples of the radiance that each pixel sees, until each has `samples`. Elements of the sums are pixels, row by
+    /// row from the top left.
+    pub fn pixels(&self, view: &View, sums: &mut Sums, samples: u64) {
+        let rays = view.rays();
+        let look = |pixel: usize, at: [f32; 2]| {
+            let ray = rays.through(pixel, at);
+            (-ray.direction, self.bvh.nearest(&ray))
+        };
+        sums.advance(samples, |pixel| {
+            // Where all samples of a pixel look along one ray, it is traced once.
+            let same = (view.filter == Filter::Point).then(|| look(pixel, [0.5; 2]));
+            move |random| {
+                let (eye, hit) = same.unwrap_or_else(|| look(pixel, random.pair()));
+                hit.map_or(view.background, |hit| self.sent(&hit, eye, random))
+            }
+        });
     }
 
     /// One sample of the radiance that arrives at the ray's origin against its direction, a unit vector, RGB; none where
     /// the ray meets no surface.
     pub fn along(&self, ray: &Ray, random: &mut Sample) -> Option<Vec3> {
         let hit = self.bvh.nearest(ray)?;
-        let place = |normals| Place::new(&self.mesh, &self.bvh, &hit, normals);
-        let eye = -ray.direction;
-        Some(match &self.model {
+        Some(self.sent(&hit, -ray.direction, random))
+    }
+
+    /// One sample of the radiance that leaves a hit towards the unit vector `eye`, RGB.
+    fn sent(&self, hit: &Hit, eye: Vec3, random: &mut Sample) -> Vec3 {
+        let place = |normals| Place::new(&self.mesh, &self.bvh, hit, normals);
+        match &self.model {
             Model::Surface { brdf, bounces, normals } => {
                 let place = place(*normals);
                 self.emitted(place.triangle) + path::reflected(self, brdf, *bounces, place, eye, random)
@@ -192,7 +223,7 @@ impl Scene {
             Model::Dipole { medium, normals } => {
                 dipole::seen(self, medium, *normals, place(*normals), eye, random)
             }
-        })
+        }
     }
 
     /// One sample of the radiance that leaves a point with a normal of its own towards the unit vector `eye`, RGB, by
@@ -216,8 +247,9 @@ impl Scene {
     /// As [`Self::leaving`].
     pub fn vertices(&self, sums: &mut Sums, samples: u64) {
         let Mesh { positions, normals, .. } = &self.mesh;
-        sums.advance(samples, |vertex, random| {
-            self.leaving(positions[vertex], normals[vertex], normals[vertex], random)
+        sums.advance(samples, |vertex| {
+            let (point, normal) = (positions[vertex], normals[vertex]);
+            move |random| self.leaving(point, normal, normal, random)
         });
     }
 

@@ -26,14 +26,15 @@ impl Sums {
         Self { samples: 0, values: vec![[0.0; 6]; count] }
     }
 
-    /// Adds samples until each element has `samples`: `sample(element, random)` draws one.
-    pub fn advance(&mut self, samples: u64, sample: impl Fn(usize, &mut Sample) -> Vec3 + Sync) {
+    /// Adds samples until each element has `samples`: `of(element)` is what draws one of its samples.
+    pub fn advance<S: Fn(&mut Sample) -> Vec3>(&mut self, samples: u64, of: impl Fn(usize) -> S + Sync) {
         let first = self.samples;
         parallel::for_each_chunk(&mut self.values, RUN, |run, values| {
             for (index, sums) in values.iter_mut().enumerate() {
                 let element = run * RUN + index;
+                let sample = of(element);
                 for number in first..samples {
-                    let colour = sample(element, &mut Sample::new(SEED, element as u64, number));
+                    let colour = sample(&mut Sample::new(SEED, element as u64, number));
                     for (channel, value) in colour.to_array().map(f64::from).into_iter().enumerate() {
                         sums[channel] += value;
                         sums[3 + channel] += value * value;

@@ -32,9 +32,10 @@ fn truth(mesh: &Mesh, vertices: &[usize], environment: Environment, samples: u64
     let lights = Lights { casters: Vec::new(), environments: vec![environment], draw: true };
     let scene = Scene::new(mesh.clone(), model, lights);
     let mut sums = Sums::new(vertices.len());
-    sums.advance(samples, |element, random| {
+    sums.advance(samples, |element| {
         let (position, normal) = (mesh.positions[vertices[element]], mesh.normals[vertices[element]]);
-        scene.leaving(position, normal, normal, random)
+        let scene = &scene;
+        move |random| scene.leaving(position, normal, normal, random)
     });
     (0..vertices.len()).map(|element| [sums.mean(element), sums.variance(element)]).collect()
 }

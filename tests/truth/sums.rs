@@ -1,7 +1,6 @@
 //! Sums do not depend on threads or pauses, and rays on nothing but the pixel.
 
 use bitlight::numeric::parallel::with_threads;
-use bitlight::numeric::random::Sample;
 use bitlight::raster;
 use bitlight::truth::{Environment, Filter, Lights, Model, Normals, Scene, Sums, View};
 use bitlight::world::brdf::{Brdf, Gloss};
@@ -14,19 +13,23 @@ fn view(filter: Filter) -> View {
     View { camera, size: [13, 9], background: Vec3::new(0.25, 0.5, 0.75), filter }
 }
 
-#[test]
-fn pauses_and_threads_leave_no_trace() {
+fn knot() -> Scene {
     let brdf =
         Brdf { albedo: Vec3::splat(0.7), specular: Vec3::splat(0.2), gloss: Gloss::Phong { exponent: 9.0 } };
     let model = Model::Surface { brdf, bounces: None, normals: Normals::Interpolated };
     let lights = Lights { environments: vec![Environment::Constant(Vec3::ONE)], ..Lights::default() };
-    let scene = Scene::new(shapes::torus_knot(2, 3, 0.3, 60, 8).unwrap(), model, lights);
+    Scene::new(shapes::torus_knot(2, 3, 0.3, 60, 8).unwrap(), model, lights)
+}
+
+#[test]
+fn pauses_and_threads_leave_no_trace() {
+    let scene = knot();
     let view = view(Filter::Box);
     let run = |threads: usize, stops: &[u64]| {
         with_threads(threads, || {
             let mut sums = Sums::new(13 * 9);
             for stop in stops {
-                sums.advance(*stop, |pixel, random| scene.pixel(&view, pixel, random));
+                scene.pixels(&view, &mut sums, *stop);
             }
             sums
         })
@@ -40,6 +43,19 @@ fn pauses_and_threads_leave_no_trace() {
 }
 
 #[test]
+fn a_pixel_whose_samples_share_a_ray_has_the_samples_of_that_ray() {
+    let (scene, view) = (knot(), view(Filter::Point));
+    let mut sums = Sums::new(13 * 9);
+    scene.pixels(&view, &mut sums, 8);
+    let mut rays = Sums::new(13 * 9);
+    let scene = &scene;
+    rays.advance(8, |pixel| {
+        move |random| scene.along(&view.rays().through(pixel, [0.5; 2]), random).unwrap_or(view.background)
+    });
+    assert_eq!(sums, rays);
+}
+
+#[test]
 fn rays_go_through_the_pixels_of_the_passes() {
     let view = view(Filter::Point);
     let camera = view.camera;
@@ -47,7 +63,7 @@ fn rays_go_through_the_pixels_of_the_passes() {
     let tangents = camera.tangents(13, 9);
     let passes = raster::View::perspective(camera.position, axes, tangents, 0.1, [13, 9]);
     for pixel in 0..13 * 9 {
-        let ray = view.ray(pixel, &mut Sample::new(0, 0, 0));
+        let ray = view.rays().through(pixel, [0.5; 2]);
         let at = passes.pixel(passes.project(ray.at(5.0)));
         assert!(
             (at[0] - (pixel % 13) as f32 - 0.5).abs() < 1e-3
@@ -60,18 +76,20 @@ fn rays_go_through_the_pixels_of_the_passes() {
 fn the_variance_is_that_of_the_mean() {
     // Uniform numbers have a variance of 1/12; of constants there is none, though their squares round.
     let mut sums = Sums::new(2);
-    sums.advance(50_000, |element, random| {
-        let unit = random.unit();
-        if element == 0 { Vec3::new(unit, 3.0 * unit, 0.1) } else { Vec3::ZERO }
+    sums.advance(50_000, |element| {
+        move |random| {
+            let unit = random.unit();
+            if element == 0 { Vec3::new(unit, 3.0 * unit, 0.1) } else { Vec3::ZERO }
+        }
     });
     let variance = sums.variance(0).map(|variance| variance * 50_000.0 * 12.0);
     assert!((variance[0] - 1.0).abs() < 0.02 && (variance[1] / 9.0 - 1.0).abs() < 0.02, "{variance:?}");
     assert!(variance[2] < 1e-9 && sums.variance(1) == [0.0; 3]);
     let mut two = Sums::new(1);
-    two.advance(2, |_, random| Vec3::splat(random.unit()));
+    two.advance(2, |_| |random| Vec3::splat(random.unit()));
     let [a, b] = [0, 1].map(|number| {
         let mut one = Sums::new(1);
-        one.advance(number + 1, |_, random| Vec3::splat(random.unit()));
+        one.advance(number + 1, |_| |random| Vec3::splat(random.unit()));
         one.values[0][0]
     });
     let (a, b) = (a, b - a);

@@ -108,7 +108,7 @@ impl Table {
     /// Our samples of every pixel.
     pub(crate) fn render(&self, samples: u64) -> Sums {
         let mut sums = Sums::new(self.view.size[0] * self.view.size[1]);
-        sums.advance(samples, |pixel, random| self.scene.pixel(&self.view, pixel, random));
+        self.scene.pixels(&self.view, &mut sums, samples);
         sums
     }
 
