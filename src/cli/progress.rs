@@ -1,58 +1,58 @@
-//! A progress bar on standard error, for work over a second, and none where that is no terminal.
+//! A progress bar on standard error, after a second of work, and none where that is no terminal.
 
 use crate::Error;
 use crate::pass::{Buffer, Info, Recorder};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
-use std::time::{Duration, Instant};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::Duration;
+
+/// Steps of an estimate's bar.
+const PARTS: u64 = 10_000;
 
 /// Counts finished passes.
 pub(super) struct Progress {
-    begun: Instant,
     bar: ProgressBar,
-    shown: bool,
+    /// Dropped with this: a bar that is not shown yet then never is.
+    _alive: Sender<()>,
 }
 
 impl Progress {
-    /// A bar of `steps`, shown once the work has lasted a second.
+    /// A bar of `steps`.
     pub(super) fn new(steps: usize) -> Self {
-        let bar = ProgressBar::hidden();
-        bar.set_length(steps as u64);
-        let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {prefix}{msg} {elapsed}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Self { begun: Instant::now(), bar, shown: false }
+        Self::of(steps as u64, "{bar:30} {pos}/{len} {prefix}{msg} {elapsed}")
     }
 
-    /// A bar of an estimate: of its samples, or of its time where that alone ends it; with the time left.
-    pub(super) fn estimate(samples: Option<u64>, seconds: Option<f64>) -> Self {
-        let bar = ProgressBar::hidden();
-        bar.set_length(samples.unwrap_or(seconds.unwrap_or_default() as u64));
-        let unit = if samples.is_some() { "samples" } else { "s" };
-        let style = ProgressStyle::with_template(&format!(
-            "{{bar:30}} {{pos}}/{{len}} {unit} {{msg}} {{elapsed}}, {{eta}} left"
-        ));
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Self { begun: Instant::now(), bar, shown: false }
+    /// A bar of an estimate, with the time left.
+    pub(super) fn estimate() -> Self {
+        Self::of(PARTS, "{bar:30} {msg} {elapsed}, {eta} left")
     }
 
-    /// Says how far an estimate is. The first call sets what the time left is counted from.
-    pub(super) fn at(&mut self, samples: u64, seconds: f64, by_samples: bool) {
-        let position = if by_samples { samples } else { seconds as u64 };
-        if seconds < 1e-3 {
-            self.bar.set_position(position);
+    fn of(length: u64, template: &str) -> Self {
+        let bar = ProgressBar::hidden();
+        bar.set_length(length);
+        let style = ProgressStyle::with_template(template);
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        let (alive, ended) = channel();
+        if std::io::stderr().is_terminal() {
+            let bar = bar.clone();
+            std::thread::spawn(move || show(&bar, &ended));
+        }
+        Self { bar, _alive: alive }
+    }
+
+    /// Says which part of an estimate is done, and what of it. The time left is counted from where it `begins`.
+    pub(super) fn at(&mut self, part: f64, what: &str, begins: bool) {
+        self.say(what);
+        self.bar.set_position((part * PARTS as f64) as u64);
+        if begins {
             self.bar.reset_eta();
         }
-        self.say("");
-        self.bar.set_position(position);
     }
 
     /// Says what is being done now.
     pub(super) fn say(&mut self, what: &str) {
         self.bar.set_message(what.to_owned());
-        if !self.shown && self.begun.elapsed() > Duration::from_secs(1) && std::io::stderr().is_terminal() {
-            self.shown = true;
-            self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
-        }
     }
 
     /// A frame of a sequence begins, after `done` steps.
@@ -69,6 +69,14 @@ impl Progress {
     /// One step is done.
     pub(super) fn step(&mut self) {
         self.bar.inc(1);
+    }
+}
+
+/// Shows a bar after a second, whatever is being done then, unless its work has ended.
+fn show(bar: &ProgressBar, ended: &Receiver<()>) {
+    if ended.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
+        bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+        bar.enable_steady_tick(Duration::from_millis(200));
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::progress::Progress;
 use super::{AssetFolder, print};
+use crate::numeric::order::{max, min};
 use crate::numeric::parallel;
 use crate::pass::{Files, Recorder};
 use crate::run::{TRUTH, Truth, truth::chunk};
@@ -11,19 +12,21 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// How often the state is written while samples are taken.
+/// How often the state is written while samples are taken, and when first.
 const OFTEN: Duration = Duration::from_secs(60);
+const EARLY: Duration = Duration::from_secs(10);
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Writes, NAME being the scene file's name without its ending:\n  \
     NAME.truth.png     the picture, for eyes\n  \
     NAME.truth.exr     truth.mean, and truth.variance: the variance of that mean (of the samples, over their number)\n  \
-    NAME.truth.json    settings, shapes, digests\n  \
+    NAME.truth.json    settings, samples, shapes, digests\n  \
     NAME.truth.state   the sums, from which the next run of the same scene goes on\n\n\
-    A sample depends on its pixel and number alone: 16 samples and then 64 give the bytes of 64 at once, on any \
-    number of threads.\n\n\
+    A sample depends on its pixel and number alone: 16 samples and then 64 give the pictures and the state of 64 at \
+    once, on any number of threads.\n\n\
     truth.model says what is traced: reflection between surfaces (prt), the dipole of Jensen et al. 2001 \
-    (translucency), or a medium.\n\n\
+    (translucency, and prt of a solid that reflects nothing), or a medium. The dipole has no mirrored highlight \
+    (material.gloss).\n\n\
     Examples:\n  bitlight truth scenes/translucency/knot.toml --spp 256\n  \
     bitlight truth scenes/translucency/knot.toml --seconds 60 --set image.width=128 --set image.height=128")]
 #[command(group = clap::ArgGroup::new("until").required(true).multiple(true).args(["spp", "seconds"]))]
@@ -33,7 +36,7 @@ pub(super) struct Arguments {
     /// Samples of every pixel; those of an earlier run count
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1 << 40))]
     spp: Option<u64>,
-    /// Stop after this time, with whole samples of every pixel
+    /// Stop after this time, when every pixel has as many samples as the others, two at least
     #[arg(long, value_name = "S", value_parser = seconds)]
     seconds: Option<f64>,
     /// Folder to write into; made if it is not there
@@ -55,7 +58,7 @@ impl Arguments {
         let name = format!("{}.truth", scene.name());
         let state = self.out.join(format!("{name}.state"));
         let mut files = Files::new(&self.out, &name)?;
-        let mut progress = Progress::estimate(self.spp, self.seconds);
+        let mut progress = Progress::estimate();
         progress.say("loading");
         let mut truth = parallel::with_threads(self.threads, || Truth::new(&scene, &self.folder.assets()))??;
         if let Some(sums) = truth.identity.read(&state, truth.sums.values.len())? {
@@ -70,7 +73,9 @@ impl Arguments {
             files.begin(info);
             files.record(info, true, &buffer)?;
         }
-        let mut batch: Batch = files.write(&self.scene, &truth.identity.settings, scene.exposure)?;
+        let mut settings = truth.identity.settings.clone();
+        settings.insert("truth.samples".into(), truth.sums.samples.into());
+        let mut batch: Batch = files.write(&self.scene, &settings, scene.exposure)?;
         batch.write(format!("{name}.state"), |path| truth.identity.write(path, &truth.sums))?;
         let written = batch.commit()?;
         drop(progress);
@@ -83,23 +88,34 @@ impl Arguments {
     fn sample(&self, truth: &mut Truth, state: &Path, progress: &mut Progress) -> Result<(), Error> {
         let target = self.spp.unwrap_or(u64::MAX);
         let begun = Instant::now();
-        let (mut saved, mut next) = (Instant::now(), 1);
+        let (mut saved, mut next) = (None::<Instant>, 1);
+        let mut tell = |samples: f64, begins: bool| {
+            let passed = begun.elapsed().as_secs_f64();
+            let of_samples = self.spp.map_or(0.0, |spp| samples / spp as f64);
+            let of_time = self.seconds.map_or(0.0, |seconds| min(passed / seconds, 1.0));
+            let all = self.spp.map_or_else(String::new, |spp| format!("/{spp}"));
+            progress.at(max(of_samples, of_time), &format!("{samples:.1}{all} samples"), begins);
+        };
+        tell(truth.sums.samples as f64, true);
         while truth.sums.samples < target {
             let elapsed = begun.elapsed().as_secs_f64();
-            progress.at(truth.sums.samples, elapsed, self.spp.is_some());
             // At least two samples: one has no variance.
             if self.seconds.is_some_and(|seconds| elapsed >= seconds) && truth.sums.samples > 1 {
                 break;
             }
             let pass = Instant::now();
-            let step = u64::min(next, target - truth.sums.samples);
-            truth.advance(truth.sums.samples + step);
+            let (there, pixels) = (truth.sums.samples, truth.sums.values.len() as f64);
+            let step = u64::min(next, target - there);
+            truth.advance(there + step, &mut |done| {
+                tell(there as f64 + step as f64 * (done as f64 / pixels), false);
+            });
             let left = self.seconds.map_or(1.0, |seconds| seconds - begun.elapsed().as_secs_f64());
             let rate = chunk(step, pass.elapsed().as_secs_f64());
             next = u64::min(rate, u64::max((rate as f64 * left) as u64, 1));
-            if saved.elapsed() > OFTEN {
+            // What took long is not lost, were it the first sample.
+            if saved.unwrap_or(begun).elapsed() > if saved.is_some() { OFTEN } else { EARLY } {
                 truth.identity.write(state, &truth.sums)?;
-                saved = Instant::now();
+                saved = Some(Instant::now());
             }
         }
         Ok(())

@@ -7,8 +7,9 @@ use crate::pass::{Axis, Buffer, Info, RGB};
 use crate::scene::{Assets, Model, Scene, Source, Technique};
 use crate::sphere::environment::{Environment, Form};
 use crate::sphere::sh;
+use crate::techniques::prt::Subsurface;
 use crate::truth::{self, Caster, Identity, Lights, Map, Normals, Sums, Volume};
-use crate::world::brdf::Brdf;
+use crate::world::brdf::{Brdf, Gloss};
 use glam::Vec3;
 use serde_json::json;
 
@@ -46,11 +47,13 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Loads what a scene names and prepares its ground truth: by the model of `truth.model`, or where that is absent
-    /// reflection for prt, and the dipole, which is what the paper approximates, for translucency.
+    /// Loads what a scene names and prepares its ground truth: by the model of `truth.model`, or where that is absent by
+    /// what the technique approximates: for translucency the dipole, for prt reflection, or the dipole where the surface
+    /// reflects nothing.
     ///
     /// # Errors
-    /// A missing or unusable asset, more than [`MAX_MEMORY`] for the sums, and what the model cannot find.
+    /// A missing or unusable asset, more than [`MAX_MEMORY`] for the sums, what the model cannot find, and a solid that both
+    /// reflects and has light go through it where `truth.model` is absent.
     pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, Error> {
         let count = scene.size[0] * scene.size[1];
         // The sums twice, as they are written, and the two buffers.
@@ -69,12 +72,12 @@ impl Truth {
             background: scene.background,
             filter: scene.truth.filter,
         };
-        let identity = Identity { settings: settings(scene), data: prepared.digest() };
+        let identity = Identity { settings: settings(scene, prepared.model()), data: prepared.digest() };
         Ok(Self { scene: prepared, view, identity, sums: Sums::new(count) })
     }
 
     fn scene(scene: &Scene, loaded: &Loaded) -> Result<truth::Scene, Error> {
-        let model = match model(scene) {
+        let model = match model(scene)? {
             Model::Surface => surface(scene.surface, scene.truth.bounces),
             other => {
                 if scene.truth.bounces.is_some() {
@@ -93,12 +96,17 @@ impl Truth {
         prepared
             .check()
             .map_err(|error| error.key(format!("light[{}].kind", casting.unwrap_or_default())))?;
+        if matches!(prepared.model(), truth::Model::Medium(_)) && prepared.encloses(scene.camera.position) {
+            return Err(Error::new("is inside the solid, and a walk through a medium begins outside of it")
+                .key("camera.position")
+                .remedy("move the camera out of the solid"));
+        }
         Ok(prepared)
     }
 
-    /// Adds samples until each pixel has `samples`.
-    pub fn advance(&mut self, samples: u64) {
-        self.scene.pixels(&self.view, &mut self.sums, samples);
+    /// Adds samples until each pixel has `samples`; `told` is told now and then how many pixels have them.
+    pub fn advance(&mut self, samples: u64, told: &mut dyn FnMut(usize)) {
+        self.scene.pixels(&self.view, &mut self.sums, samples, told);
     }
 
     /// The buffers of [`TRUTH`]; of fewer than two samples the variance is 0.
@@ -169,27 +177,59 @@ pub fn surface(brdf: Brdf, bounces: Option<usize>) -> truth::Model {
     truth::Model::Surface { brdf, bounces, normals: Normals::Interpolated }
 }
 
-fn model(scene: &Scene) -> Model {
-    scene.truth.model.unwrap_or(match scene.technique {
-        Technique::Prt => Model::Surface,
-        Technique::Translucency => Model::Dipole,
-    })
+fn model(scene: &Scene) -> Result<Model, Error> {
+    let reflects = scene.surface.albedo != Vec3::ZERO || scene.surface.gloss != Gloss::None;
+    match (scene.truth.model, scene.technique, scene.prt.subsurface) {
+        (Some(model), ..) => Ok(model),
+        (None, Technique::Prt, Subsurface::None) => Ok(Model::Surface),
+        (None, Technique::Prt, Subsurface::Dipole) if reflects => {
+            Err(Error::new("is absent, and the solid both reflects and has light go through it")
+                .key("truth.model")
+                .remedy("set it to \"surface\" or \"dipole\": the whole light is the sum of the two"))
+        }
+        (None, Technique::Prt, Subsurface::Dipole) | (None, Technique::Translucency, _) => Ok(Model::Dipole),
+    }
 }
 
-/// The settings on which samples depend: not those of the techniques' own knobs, nor of the preview.
-fn settings(scene: &Scene) -> serde_json::Map<String, serde_json::Value> {
-    let technique = format!("{}.", scene.technique.name());
-    let matters = |key: &str| {
-        !key.starts_with(&technique) && !["technique", "image.exposure", "frame_rate"].contains(&key)
+/// The settings on which samples depend: not those of the techniques' own knobs, nor of the preview. What the solid is
+/// made of is told by the model, since a scene's settings are those that its technique reads.
+fn settings(scene: &Scene, model: &truth::Model) -> serde_json::Map<String, serde_json::Value> {
+    let matters = |key: &str| match key.split_once('.') {
+        Some((table, _)) => {
+            !["translucency", "prt", "material", "surface"].contains(&table) && key != "image.exposure"
+        }
+        None => !["technique", "frame_rate"].contains(&key),
     };
     let all = scene.settings.iter().filter(|(key, _)| matters(key));
     let mut settings: serde_json::Map<_, _> = all.map(|(key, value)| (key.clone(), value.clone())).collect();
+    let mut set = |key: &str, value: serde_json::Value| drop(settings.insert(key.into(), value));
+    // With the digits that tell an `f32` from its neighbours, as people write them.
+    let number = |value: f32| serde_json::from_str(&value.to_string()).unwrap_or_default();
+    let three = |values: [f32; 3]| values.into_iter().map(number).collect::<serde_json::Value>();
+    let name = match model {
+        truth::Model::Surface { brdf, .. } => {
+            set("surface.albedo", three(brdf.albedo.to_array()));
+            set("surface.specular", three(brdf.specular.to_array()));
+            match brdf.gloss {
+                Gloss::None => set("surface.highlight", json!("none")),
+                Gloss::Phong { exponent } => set("surface.exponent", number(exponent)),
+                Gloss::CookTorrance { roughness } => set("surface.roughness", number(roughness)),
+            }
+            "surface"
+        }
+        truth::Model::Medium(_) | truth::Model::Dipole { .. } => {
+            set("material.scattering", three(scene.medium.scattering));
+            set("material.absorption", three(scene.medium.absorption));
+            set("material.eta", number(scene.medium.eta));
+            if matches!(model, truth::Model::Medium(_)) { "medium" } else { "dipole" }
+        }
+    };
+    set("truth.model", json!(name));
     let truth = &scene.truth;
-    settings.insert("truth.model".into(), json!(format!("{:?}", model(scene)).to_lowercase()));
-    settings.insert("truth.bands".into(), json!(truth.bands));
-    settings.insert("truth.bounces".into(), json!(truth.bounces));
-    settings.insert("truth.anisotropy".into(), json!(truth.anisotropy));
-    settings.insert("truth.filter".into(), json!(format!("{:?}", truth.filter).to_lowercase()));
+    set("truth.bands", json!(truth.bands));
+    set("truth.bounces", json!(truth.bounces));
+    set("truth.anisotropy", number(truth.anisotropy));
+    set("truth.filter", json!(format!("{:?}", truth.filter).to_lowercase()));
     settings
 }
 

@@ -269,7 +269,7 @@ pub const KEYS: &[Key] = &[
         UNIT,
         Some("[0.2, 0.2, 0.2]"),
         "",
-        "Colour of the highlight, RGB; Cook-Torrance takes it at normal incidence.",
+        "Colour of the highlight, RGB; Cook-Torrance takes it at normal incidence. More than 1 with `albedo` may create energy.",
     ),
     key("surface", "exponent", Kind::Number(0.0, 1e4), Some("20"), "", "Exponent of the Phong highlight."),
     key(
@@ -510,7 +510,7 @@ pub const KEYS: &[Key] = &[
         Kind::Choice(&["surface", "medium", "dipole"]),
         None,
         "\"surface\"",
-        "What the ground truth traces: light between surfaces, in the medium, or by the dipole; by technique if absent.",
+        "What the ground truth traces: light between surfaces, in the medium, or by the dipole; what the technique approximates if absent.",
     ),
     key(
         "truth",

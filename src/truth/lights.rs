@@ -142,7 +142,10 @@ impl Environment {
         match self {
             Self::Constant(radiance) => vec![*radiance],
             Self::Harmonics { coefficients, .. } => coefficients.iter().copied().map(Vec3::from).collect(),
-            Self::Map(map) => map.radiance.texels().to_vec(),
+            Self::Map(map) => {
+                let form = Vec3::new(map.radiance.width() as f32, map.radiance.height() as f32, map.scale);
+                [&[form], map.radiance.texels()].concat()
+            }
         }
     }
 

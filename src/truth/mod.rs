@@ -186,26 +186,39 @@ impl Scene {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// Adds samples of the radiance that each pixel sees, until each has `samples`. Elements of the sums are pixels, row by
-    /// row from the top left.
-    pub fn pixels(&self, view: &View, sums: &mut Sums, samples: u64) {
+    /// Whether a closed mesh has a point inside: a ray from there leaves it through an odd number of triangles.
+    pub fn encloses(&self, point: Vec3) -> bool {
+        // No direction that models prefer.
+        let mut ray = Ray::new(point, Vec3::new(0.531, 0.683, 0.502));
+        let mut crossings = 0;
+        while let Some(hit) = self.bvh.nearest(&ray) {
+            crossings += 1;
+            ray = Place::new(&self.mesh, &self.bvh, &hit, Normals::Face).ray(ray.direction);
+        }
+        crossings % 2 == 1
+    }
+
+    /// Adds samples of the radiance that each pixel sees, until each has `samples`; `told` is told now and then how many
+    /// have them. Elements of the sums are pixels, row by row from the top left.
+    pub fn pixels(&self, view: &View, sums: &mut Sums, samples: u64, told: &mut dyn FnMut(usize)) {
         let rays = view.rays();
         let look = |pixel: usize, at: [f32; 2]| {
             let ray = rays.through(pixel, at);
             (-ray.direction, self.bvh.nearest(&ray))
         };
-        sums.advance(samples, |pixel| {
+        let of = |pixel| {
             // Where all samples of a pixel look along one ray, it is traced once.
             let same = (view.filter == Filter::Point).then(|| look(pixel, [0.5; 2]));
-            move |random| {
+            move |random: &mut Sample| {
                 let (eye, hit) = same.unwrap_or_else(|| look(pixel, random.pair()));
                 hit.map_or(view.background, |hit| self.sent(&hit, eye, random))
             }
-        });
+        };
+        sums.advance(samples, of, told);
     }
 
     /// One sample of the radiance that arrives at the ray's origin against its direction, a unit vector, RGB; none where
-    /// the ray meets no surface.
+    /// the ray meets no surface. The origin of a ray towards a medium is outside of it.
     pub fn along(&self, ray: &Ray, random: &mut Sample) -> Option<Vec3> {
         let hit = self.bvh.nearest(ray)?;
         Some(self.sent(&hit, -ray.direction, random))
@@ -247,10 +260,11 @@ impl Scene {
     /// As [`Self::leaving`].
     pub fn vertices(&self, sums: &mut Sums, samples: u64) {
         let Mesh { positions, normals, .. } = &self.mesh;
-        sums.advance(samples, |vertex| {
+        let of = |vertex: usize| {
             let (point, normal) = (positions[vertex], normals[vertex]);
-            move |random| self.leaving(point, normal, normal, random)
-        });
+            move |random: &mut Sample| self.leaving(point, normal, normal, random)
+        };
+        sums.advance(samples, of, &mut |_| {});
     }
 
     fn emitted(&self, triangle: u32) -> Vec3 {

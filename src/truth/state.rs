@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// Changes with the meaning of the file and with every change of an estimator that changes its samples.
-const FORMAT: &str = "bitlight truth 1";
+const FORMAT: &str = "bitlight truth 2";
 
 /// The most bytes of the first line.
 const MAX_HEADER: u64 = 1 << 20;
@@ -35,7 +35,7 @@ impl Identity {
         let header = json!({
             "format": FORMAT,
             "samples": sums.samples,
-            "sums": blake3::hash(&bytes).to_hex().as_str(),
+            "sums": digest(sums.samples, &bytes),
             "data": self.data,
             "settings": self.settings,
         });
@@ -75,7 +75,8 @@ impl Identity {
         }
         let sums = &bytes[end + 1..];
         let samples = header["samples"].as_u64().filter(|_| sums.len() as u64 == length);
-        let Some(samples) = samples.filter(|_| header["sums"] == blake3::hash(sums).to_hex().as_str()) else {
+        let Some(samples) = samples.filter(|samples| header["sums"] == digest(*samples, sums).as_str())
+        else {
             return refused("is a damaged state of a ground truth".into());
         };
         let numbers = sums.as_chunks::<8>().0.as_chunks::<6>().0;
@@ -95,6 +96,11 @@ impl Identity {
             .find(|key| self.settings.get(*key) != there.get(*key))
             .map(|key| format!("{key} is {} there and {} here", says(there, key), says(&self.settings, key)))
     }
+}
+
+/// BLAKE3 over the number of samples and the sums.
+fn digest(samples: u64, sums: &[u8]) -> String {
+    blake3::Hasher::new().update(&samples.to_le_bytes()).update(sums).finalize().to_hex().to_string()
 }
 
 const ANEW: &str = "give another folder with -o, or delete it to begin anew";

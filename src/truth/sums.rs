@@ -7,6 +7,9 @@ use glam::Vec3;
 /// Elements that one thread takes together.
 const RUN: usize = 64;
 
+/// Elements after which somebody is told.
+const BLOCK: usize = 64 * RUN;
+
 /// The seed of every random number.
 const SEED: u64 = 0x7472_7574_6800; // "truth"
 
@@ -26,12 +29,17 @@ impl Sums {
         Self { samples: 0, values: vec![[0.0; 6]; count] }
     }
 
-    /// Adds samples until each element has `samples`: `of(element)` is what draws one of its samples.
-    pub fn advance<S: Fn(&mut Sample) -> Vec3>(&mut self, samples: u64, of: impl Fn(usize) -> S + Sync) {
+    /// Adds samples until each element has `samples`: `of(element)` is what draws one of its samples. `told` is told now
+    /// and then how many elements have them.
+    pub fn advance<S: Fn(&mut Sample) -> Vec3>(
+        &mut self,
+        samples: u64,
+        of: impl Fn(usize) -> S + Sync,
+        told: &mut dyn FnMut(usize),
+    ) {
         let first = self.samples;
-        parallel::for_each_chunk(&mut self.values, RUN, |run, values| {
-            for (index, sums) in values.iter_mut().enumerate() {
-                let element = run * RUN + index;
+        let some = |start: usize, values: &mut [[f64; 6]]| {
+            for (element, sums) in (start..).zip(values) {
                 let sample = of(element);
                 for number in first..samples {
                     let colour = sample(&mut Sample::new(SEED, element as u64, number));
@@ -41,7 +49,12 @@ impl Sums {
                     }
                 }
             }
-        });
+        };
+        for (block, values) in self.values.chunks_mut(BLOCK).enumerate() {
+            let start = block * BLOCK;
+            parallel::for_each_chunk(values, RUN, |run, values| some(start + run * RUN, values));
+            told(start + values.len());
+        }
         self.samples = samples;
     }
 

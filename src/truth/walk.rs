@@ -70,11 +70,14 @@ pub fn henyey_greenstein(g: f32, cosine: f32) -> f32 {
 
 /// Draws the direction of travel after scattering from [`henyey_greenstein`].
 pub fn scatter(g: f32, direction: Vec3, [u, v]: [f32; 2]) -> Vec3 {
-    if g.abs() < 1e-3 {
+    if g == 0.0 {
         return polar(1.0 - 2.0 * u, v); // alike in all directions, so also about z
     }
-    let s = (1.0 - g * g) / (1.0 - g + 2.0 * g * u);
-    let around = polar(clamp((1.0 + g * g - s * s) / (2.0 * g), -1.0, 1.0), v);
+    // The inverse of the distribution in t = 1 - 2u, with what is divided by g cancelled.
+    let t = 1.0 - 2.0 * u;
+    let (squares, length) = (g * g, 1.0 - g * t);
+    let cosine = 0.5 * g * (3.0 + t * t + squares * (t * t - 1.0)) - t * (1.0 + squares);
+    let around = polar(clamp(cosine / (length * length), -1.0, 1.0), v);
     let [x, y] = frame(direction);
     x * around.x + y * around.y + direction * around.z
 }

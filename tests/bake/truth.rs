@@ -5,6 +5,7 @@
 
 use super::{PI, dot, knot};
 use bitlight::bake::{Directions, Estimate, Reading, Visibility, vectors};
+use bitlight::numeric::random::Sample;
 use bitlight::sphere::environment::LatLong;
 use bitlight::trace::bundle;
 use bitlight::truth::{Environment, Lights, Map, Model, Normals, Scene, Sums};
@@ -32,11 +33,12 @@ fn truth(mesh: &Mesh, vertices: &[usize], environment: Environment, samples: u64
     let lights = Lights { casters: Vec::new(), environments: vec![environment], draw: true };
     let scene = Scene::new(mesh.clone(), model, lights);
     let mut sums = Sums::new(vertices.len());
-    sums.advance(samples, |element| {
+    let of = |element: usize| {
         let (position, normal) = (mesh.positions[vertices[element]], mesh.normals[vertices[element]]);
         let scene = &scene;
-        move |random| scene.leaving(position, normal, normal, random)
-    });
+        move |random: &mut Sample| scene.leaving(position, normal, normal, random)
+    };
+    sums.advance(samples, of, &mut |_| {});
     (0..vertices.len()).map(|element| [sums.mean(element), sums.variance(element)]).collect()
 }
 

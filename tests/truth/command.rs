@@ -79,16 +79,24 @@ fn another_scenes_state_is_refused_and_stays() {
     for (set, expected) in [
         ("camera.fov=20", "camera.fov is 30 there and 20 here"),
         ("truth.filter=box", "truth.filter is \"point\" there and \"box\" here"),
-        ("material.eta=1.4", "material.eta is absent there and 1.4 here"),
+        ("material.eta=1.4", "material.eta is 1.5 there and 1.4 here"),
+        ("truth.model=surface", "truth.model is \"dipole\" there and \"surface\" here"),
+        ("truth.anisotropy=0.7", "truth.anisotropy is 0 there and 0.7 here"),
     ] {
         let said = refused(&truth(KNOT, folder.path(), &["--spp", "4", "--set", set]));
-        assert!(said.contains(expected) && said.contains("delete it to begin anew"), "{said}");
+        assert!(said.contains("is a state of other settings"), "{said}");
+        assert!(said.contains(expected) || set == "truth.model=surface", "{said}");
+        assert!(said.contains("delete it to begin anew"), "{said}");
     }
     assert_eq!(std::fs::read(&state).unwrap(), kept);
     let mut damaged = kept.clone();
     *damaged.last_mut().unwrap() ^= 1;
+    let count = kept.windows(11).position(|bytes| bytes == b"\"samples\":2").unwrap();
+    let mut recounted = kept.clone();
+    recounted[count + 10] = b'1';
     for (bytes, expected) in [
         (damaged, "damaged"),
+        (recounted, "damaged"),
         (kept[..kept.len() - 8].to_vec(), "damaged"),
         (b"no state".to_vec(), "is no state"),
     ] {
@@ -96,6 +104,55 @@ fn another_scenes_state_is_refused_and_stays() {
         let said = refused(&truth(KNOT, folder.path(), &["--spp", "4"]));
         assert!(said.contains(expected) && said.contains("knot.truth.state"), "{said}");
     }
+}
+
+/// A scene's settings are those that its technique reads; a state's those that its model reads.
+#[test]
+fn a_state_is_of_the_surface_that_reflects() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |spp: &str, set: &str| {
+        let more = ["--spp", spp, "--set", "truth.model=surface", "--set", set];
+        truth(KNOT, folder.path(), &more)
+    };
+    done(&run("2", "surface.exponent=9"));
+    let said = refused(&run("4", "surface.albedo=[0.5,0.25,0.1]"));
+    assert!(said.contains("surface.albedo is [0.5,0.5,0.5] there and [0.5,0.25,0.1] here"), "{said}");
+    let said = refused(&run("4", "surface.highlight=phong"));
+    assert!(said.contains("surface.exponent is absent there and 20 here"), "{said}");
+    // What the model does not read does not matter.
+    done(&run("4", "material.eta=1.4"));
+    let report = std::fs::read_to_string(folder.path().join("knot.truth.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    assert_eq!(report["settings"]["truth.samples"], 4);
+}
+
+#[test]
+fn the_model_follows_what_the_technique_approximates() {
+    let folder = tempfile::tempdir().unwrap();
+    let skin = "scenes/prt/skin.toml";
+    let picture = |set: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        done(&truth(skin, folder.path(), &[&["--spp", "2"], set].concat()));
+        std::fs::read(folder.path().join("skin.truth.exr")).unwrap()
+    };
+    assert_eq!(picture(&[]), picture(&["--set", "truth.model=dipole"]));
+    assert_ne!(picture(&[]), picture(&["--set", "truth.model=surface"]));
+    let said = refused(&truth(skin, folder.path(), &["--spp", "2", "--set", "surface.albedo=[0,0,0.1]"]));
+    assert!(said.contains("truth.model: is absent, and the solid both reflects"), "{said}");
+}
+
+#[test]
+fn a_camera_in_a_medium_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |camera: &str| {
+        let set = ["truth.model=medium", "solid.shape=sphere", "material.eta=1", camera];
+        let set: Vec<_> =
+            ["--spp", "2"].into_iter().chain(set.iter().flat_map(|set| ["--set", set])).collect();
+        truth(KNOT, folder.path(), &set)
+    };
+    let said = refused(&run("camera.position=[0,0,1]"));
+    assert!(said.contains("camera.position: is inside the solid"), "{said}");
+    done(&run("camera.position=[0,0,1000]"));
 }
 
 #[test]
@@ -118,6 +175,15 @@ fn a_state_is_of_the_files_that_the_scene_named() {
     done(&run("3"));
     sky(129);
     let said = refused(&run("4"));
+    assert!(said.contains("a model or an environment was another then"), "{said}");
+    // The same texels, one above the other.
+    let stood = std::fs::read(path("sky.hdr")).unwrap();
+    sky(128);
+    done(&run("4"));
+    let stands = String::from_utf8_lossy(&stood[..stood.len() - 8]).replace("-Y 1 +X 2", "-Y 2 +X 1");
+    let texels = [[128, 128, 128, 128]; 2];
+    std::fs::write(path("sky.hdr"), [stands.as_bytes(), texels.as_flattened()].concat()).unwrap();
+    let said = refused(&run("5"));
     assert!(said.contains("a model or an environment was another then"), "{said}");
 }
 

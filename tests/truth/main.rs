@@ -26,7 +26,7 @@ fn estimate(samples: u64, sample: impl Fn(&mut Sample) -> Vec3 + Sync) -> Sums {
     // Elements side by side, so that the work is shared; then one.
     let parts = 64;
     let mut sums = Sums::new(parts);
-    sums.advance(samples.div_ceil(parts as u64), |_| |random: &mut Sample| sample(random));
+    sums.advance(samples.div_ceil(parts as u64), |_| |random: &mut Sample| sample(random), &mut |_| {});
     let mut all = Sums::new(1);
     all.samples = sums.samples * parts as u64;
     for part in &sums.values {

@@ -132,6 +132,21 @@ fn without_absorption_a_solid_vanishes_under_even_light() {
 }
 
 #[test]
+fn what_is_inside_is_told_from_what_is_outside() {
+    let scene = bright(shapes::torus_knot(2, 3, 0.3, 60, 8).unwrap(), volume([1.0; 3], [0.0; 3], 0.0, 1.3));
+    let mesh = scene.mesh();
+    let (mut middles, mut outside) = (0, 0);
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|corner| mesh.positions[corner as usize]);
+        let (middle, normal) = ((a + b + c) / 3.0, (b - a).cross(c - a).normalize());
+        assert!(scene.encloses(middle - normal * 0.05) && !scene.encloses(middle + normal * 0.05));
+        middles += 1;
+        outside += usize::from(!scene.encloses(middle + Vec3::splat(9.0)));
+    }
+    assert!(middles > 900 && outside == middles, "{outside} of {middles}");
+}
+
+#[test]
 fn what_only_absorbs_dims_exponentially() {
     let scene = bright(
         shapes::cuboid(Vec3::new(2.0, 2.0, 0.5), 2).unwrap(),

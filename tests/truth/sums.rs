@@ -1,6 +1,7 @@
 //! Sums do not depend on threads or pauses, and rays on nothing but the pixel.
 
 use bitlight::numeric::parallel::with_threads;
+use bitlight::numeric::random::Sample;
 use bitlight::raster;
 use bitlight::truth::{Environment, Filter, Lights, Model, Normals, Scene, Sums, View};
 use bitlight::world::brdf::{Brdf, Gloss};
@@ -29,7 +30,7 @@ fn pauses_and_threads_leave_no_trace() {
         with_threads(threads, || {
             let mut sums = Sums::new(13 * 9);
             for stop in stops {
-                scene.pixels(&view, &mut sums, *stop);
+                scene.pixels(&view, &mut sums, *stop, &mut |_| {});
             }
             sums
         })
@@ -46,12 +47,16 @@ fn pauses_and_threads_leave_no_trace() {
 fn a_pixel_whose_samples_share_a_ray_has_the_samples_of_that_ray() {
     let (scene, view) = (knot(), view(Filter::Point));
     let mut sums = Sums::new(13 * 9);
-    scene.pixels(&view, &mut sums, 8);
+    let mut told = Vec::new();
+    scene.pixels(&view, &mut sums, 8, &mut |pixels| told.push(pixels));
+    assert_eq!(told, [13 * 9]);
     let mut rays = Sums::new(13 * 9);
     let scene = &scene;
-    rays.advance(8, |pixel| {
-        move |random| scene.along(&view.rays().through(pixel, [0.5; 2]), random).unwrap_or(view.background)
-    });
+    let of = |pixel| {
+        let ray = view.rays().through(pixel, [0.5; 2]);
+        move |random: &mut Sample| scene.along(&ray, random).unwrap_or(view.background)
+    };
+    rays.advance(8, of, &mut |_| {});
     assert_eq!(sums, rays);
 }
 
@@ -76,20 +81,22 @@ fn rays_go_through_the_pixels_of_the_passes() {
 fn the_variance_is_that_of_the_mean() {
     // Uniform numbers have a variance of 1/12; of constants there is none, though their squares round.
     let mut sums = Sums::new(2);
-    sums.advance(50_000, |element| {
-        move |random| {
+    let of = |element| {
+        move |random: &mut Sample| {
             let unit = random.unit();
             if element == 0 { Vec3::new(unit, 3.0 * unit, 0.1) } else { Vec3::ZERO }
         }
-    });
+    };
+    sums.advance(50_000, of, &mut |_| {});
     let variance = sums.variance(0).map(|variance| variance * 50_000.0 * 12.0);
     assert!((variance[0] - 1.0).abs() < 0.02 && (variance[1] / 9.0 - 1.0).abs() < 0.02, "{variance:?}");
     assert!(variance[2] < 1e-9 && sums.variance(1) == [0.0; 3]);
     let mut two = Sums::new(1);
-    two.advance(2, |_| |random| Vec3::splat(random.unit()));
+    let of = |_| |random: &mut Sample| Vec3::splat(random.unit());
+    two.advance(2, of, &mut |_| {});
     let [a, b] = [0, 1].map(|number| {
         let mut one = Sums::new(1);
-        one.advance(number + 1, |_| |random| Vec3::splat(random.unit()));
+        one.advance(number + 1, of, &mut |_| {});
         one.values[0][0]
     });
     let (a, b) = (a, b - a);

@@ -108,7 +108,7 @@ impl Table {
     /// Our samples of every pixel.
     pub(crate) fn render(&self, samples: u64) -> Sums {
         let mut sums = Sums::new(self.view.size[0] * self.view.size[1]);
-        self.scene.pixels(&self.view, &mut sums, samples);
+        self.scene.pixels(&self.view, &mut sums, samples, &mut |_| {});
         sums
     }
 
