@@ -11,6 +11,7 @@ use crate::scene::{Assets, Origin, Radiance, Scene, Solid, Source, Technique};
 use crate::sphere::environment::{Environment, Form, LatLong};
 use crate::sphere::probes;
 use crate::techniques::{prt, translucency};
+use crate::world::brdf::Gloss;
 use crate::world::decimate::decimate;
 use crate::world::light::Light;
 use crate::world::mesh::Mesh;
@@ -361,12 +362,19 @@ impl Loaded {
     }
 }
 
-/// What a bake depends on, by key, as texts: the scene's settings but for lights, camera and image, and the solid itself.
+/// What a bake depends on, by key, as texts: the settings of transfer that such a surface reads, and the solid with its own.
 pub fn baked_from(scene: &Scene, loaded: &Loaded) -> Map<String, Json> {
-    let tables = ["solid", "wave", "bend", "material", "surface", "prt"];
-    let counts = |key: &str| match key.split_once('.') {
-        Some((table, _)) => tables.contains(&table) && key != "prt.poses",
-        None => ["technique", "unit", "frame_rate"].contains(&key),
+    let (gloss, through) = (scene.surface.gloss, scene.prt.subsurface != prt::Subsurface::None);
+    let counts = |key: &str| match key.split_once('.').unwrap_or(("", key)) {
+        ("solid" | "wave" | "bend", _) | ("surface", "albedo" | "highlight") => true,
+        ("surface", "specular") => gloss != Gloss::None,
+        ("surface", "exponent") => matches!(gloss, Gloss::Phong { .. }),
+        ("surface", "roughness") => matches!(gloss, Gloss::CookTorrance { .. }),
+        ("material", name) => through && name != "gloss",
+        ("prt", name) => name != "poses",
+        ("", "unit") => through,
+        ("", name) => ["technique", "frame_rate"].contains(&name),
+        _ => false,
     };
     let settings = scene.settings.iter().filter(|(key, _)| counts(key));
     let text = |value: &Json| value.as_str().map_or_else(|| value.to_string(), str::to_owned);

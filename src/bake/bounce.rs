@@ -12,7 +12,7 @@ use super::{Directions, Estimate, RUN, Visibility};
 use crate::numeric::lanes::wide;
 use crate::numeric::parallel;
 use crate::trace::bundle::WORD;
-use crate::trace::{Bvh, Ray};
+use crate::trace::{Bvh, Hit, Ray};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 use std::f64::consts::PI;
@@ -86,9 +86,8 @@ pub fn meetings(mesh: &Mesh, bvh: &Bvh, directions: &Directions, visibility: &Vi
                     continue;
                 }
                 let ray = Ray::new(mesh.positions[vertex], directions.rays[direction]);
-                if let Some(hit) =
-                    bvh.nearest(&ray).filter(|hit| front(bvh.corners()[hit.triangle as usize], &ray))
-                {
+                let front = |hit: &Hit| front(bvh.corners()[hit.triangle as usize], ray.direction);
+                if let Some(hit) = bvh.nearest(&ray).filter(front) {
                     met.push(Meeting {
                         direction: direction as u32,
                         triangle: hit.triangle,
@@ -108,10 +107,10 @@ pub fn meetings(mesh: &Mesh, bvh: &Bvh, directions: &Directions, visibility: &Vi
     meetings
 }
 
-/// Whether a ray comes from the side from which the corners run counter-clockwise.
-fn front([a, b, c]: [Vec3; 3], ray: &Ray) -> bool {
+/// Whether what travels along `direction` comes from the side from which the corners run counter-clockwise.
+pub(crate) fn front([a, b, c]: [Vec3; 3], direction: Vec3) -> bool {
     let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
-    (b - a).cross(c - a).dot(ray.direction.as_dvec3()) < 0.0
+    (b - a).cross(c - a).dot(direction.as_dvec3()) < 0.0
 }
 
 /// max(0, n·ω).

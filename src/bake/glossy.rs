@@ -18,7 +18,7 @@ use crate::world::mesh::Mesh;
 /// Transfer matrices with `bounces` interreflections, RGB, `[vertices][bands²][bands²][3]`, from the `direct` ones
 /// ([`super::matrices`] of all vertices) and a BRDF's `matrix` ([`super::brdf::matrix`]).
 ///
-/// Memory: twice the result while a bounce is computed, and 12 bands⁴ bytes a vertex are the result's.
+/// Memory: three times the result while a bounce is computed, of 12 bands⁴ bytes a vertex, beside `direct`.
 ///
 /// # Panics
 /// Where `direct` has not bands⁴ items a vertex, or `matrix` not bands⁴.

@@ -37,6 +37,7 @@ pub mod store;
 mod triple;
 mod visibility;
 
+pub(crate) use bounce::front;
 pub use bounce::{Meeting, Meetings, diffuse_bounces, gather, meetings};
 pub use diffuse::{irradiance, vectors};
 pub use frame::frame;

@@ -7,7 +7,8 @@
 //! receives, as it should, and not the kernel's peak times any area.
 //!
 //! So the middle of an evenly lit sheet returns R_d where the cells are far below a mean free path 1/σ't or far above;
-//! between, points stand badly for cells, and up to a tenth is missing (most near one and a half mean free paths).
+//! between, points stand badly for cells, and up to a ninth is missing (most at two to three mean free paths; with little
+//! absorption a twentieth still at ten).
 //!
 //! The sum over all pairs is quadratic. Far vertices can be taken together in an octree (Jensen and Buhler 2002): a node
 //! whose area A at distance d spans less than `spread` = A/d² counts as one point, its irradiance weighted by area. `spread` = 0

@@ -29,7 +29,8 @@ use std::path::{Path, PathBuf};
 /// The most of a manifest that is read, in bytes.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// What the manifest says that it is.
+/// What the manifest says that it is. Changes with the meaning of the files and with every change of the bits that are
+/// baked, so that no store mixes them; `tests/store.rs` knows a digest.
 const FORMAT: &str = "bitlight store 1";
 
 const MANIFEST: &str = "manifest.json";
@@ -191,7 +192,8 @@ impl Store {
         }
         writers.lock_shared().map_err(|error| refused("locked", &error, &path))?;
         let store = Self { folder: folder.into(), scene, _writers: writers };
-        store.rewrite(|_| {})?;
+        let fresh = Manifest { scene: store.scene.clone(), poses: BTreeMap::new() };
+        store.rewrite(Some(fresh), |_| {})?;
         Ok(store)
     }
 
@@ -240,17 +242,21 @@ impl Store {
                 digest: buffer.digest().to_string(),
             });
         }
-        self.rewrite(|manifest| drop(manifest.poses.insert(pose, records)))
+        self.rewrite(None, |manifest| drop(manifest.poses.insert(pose, records)))
     }
 
-    /// Reads the manifest, changes it and puts it in its place, while no other process does.
-    fn rewrite(&self, change: impl FnOnce(&mut Manifest)) -> Result<(), Error> {
+    /// Reads the manifest, changes it and puts it in its place, while no other process does; `fresh` is what it is where
+    /// there is none.
+    fn rewrite(&self, fresh: Option<Manifest>, change: impl FnOnce(&mut Manifest)) -> Result<(), Error> {
         let path = self.folder.join(".lock");
         let lock = lock_file(&path)?;
         lock.lock().map_err(|error| refused("locked", &error, &path))?;
         let manifest = Manifest::read(&self.folder)?;
-        let fresh = || Manifest { scene: self.scene.clone(), poses: BTreeMap::new() };
-        let mut changed = manifest.clone().unwrap_or_else(fresh);
+        let Some(mut changed) = manifest.clone().or(fresh) else {
+            return Err(Error::new("has lost its manifest while it was written")
+                .file(&self.folder)
+                .remedy("bake it again; the poses that were there count for nothing without it"));
+        };
         self.same_scene(&changed)?;
         change(&mut changed);
         if manifest.as_ref() != Some(&changed) {
@@ -294,9 +300,13 @@ fn lock_file(path: &Path) -> Result<File, Error> {
 }
 
 fn refused(what: &str, error: &std::io::Error, path: &Path) -> Error {
-    Error::new(format!("cannot be {what}: {error}"))
-        .file(path)
-        .remedy("choose a folder that can be written, on a disk that knows locks")
+    let remedy = match error.kind() {
+        ErrorKind::AlreadyExists | ErrorKind::NotADirectory | ErrorKind::IsADirectory => {
+            "something else of that name is in the way: move it, or choose another folder with -o"
+        }
+        _ => "choose a folder that can be written, on a disk that knows locks",
+    };
+    Error::new(format!("cannot be {what}: {error}")).file(path).remedy(remedy)
 }
 
 #[cfg(test)]
@@ -394,6 +404,17 @@ mod tests {
         assert_eq!(store.missing(0..3, true).unwrap(), [1]);
         put(&store, 1);
         assert!(store.missing(0..3, false).unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_manifest_that_goes_while_poses_are_written_is_missed() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path(), scene(5)).unwrap();
+        put(&store, 0);
+        fs::remove_file(folder.path().join(MANIFEST)).unwrap();
+        let error = store.put(1, &[("vectors", &array(1))]).unwrap_err().to_string();
+        assert!(error.contains("has lost its manifest"), "{error}");
+        assert!(Manifest::read(folder.path()).unwrap().is_none());
     }
 
     #[test]

@@ -5,12 +5,16 @@ use super::render::frames;
 use super::{AssetFolder, print};
 use crate::bake::store::{self, Manifest, Store};
 use crate::numeric::parallel;
+use crate::pass::{Buffer, Info, Recorder};
 use crate::scene::Scene;
 use crate::{Error, run};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
+
+/// The most poses of one call, as of `prt.poses`: each is looked for in the store first.
+const MAX_POSES: usize = 100_000;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Writes, for each pose K, pose K being frame K of the scene:\n  \
@@ -66,6 +70,10 @@ impl Arguments {
     fn bake(&self, scene: &Scene, out: &PathBuf) -> Result<(), Error> {
         let wanted = run::stored(scene)?;
         let poses = self.poses.clone().unwrap_or(0..scene.prt.poses as u32);
+        if poses.len() > MAX_POSES {
+            return Err(Error::new(format!("--poses asks for {} poses, over {MAX_POSES}", poses.len()))
+                .remedy("bake them in parts"));
+        }
         let mut progress = Progress::new(poses.len());
         progress.say("loading");
         let loaded = parallel::with_threads(self.threads, || {
@@ -80,14 +88,13 @@ impl Arguments {
         let begun = Instant::now();
         for (done, pose) in missing.iter().enumerate() {
             let passed = begun.elapsed().as_secs_f64();
-            progress.say(&match done {
-                0 => format!("pose {pose}"),
-                _ => {
-                    format!("pose {pose}, {:.0} s left", passed / done as f64 * (missing.len() - done) as f64)
-                }
-            });
+            let left = match done {
+                0 => String::new(),
+                _ => format!(" {:.0} s left,", passed / done as f64 * (missing.len() - done) as f64),
+            };
+            let mut passes = Passes { progress: &mut progress, pose: *pose, left };
             let chunks =
-                parallel::with_threads(self.threads, || run::bake(scene, &loaded, *pose, &mut Vec::new()))?
+                parallel::with_threads(self.threads, || run::bake(scene, &loaded, *pose, &mut passes))?
                     .map_err(|error| Error { what: format!("pose {pose}: {}", error.what), ..error })?;
             let short = |name: &'static str| name.split_once('.').map_or(name, |(_, short)| short);
             let named: Vec<_> = chunks.iter().map(|(name, buffer)| (short(name), buffer)).collect();
@@ -102,6 +109,23 @@ impl Arguments {
         let manifest = Manifest::read(out)?
             .ok_or_else(|| Error::new("has lost its manifest").file(out).remedy("bake it again"))?;
         print(&format!("{}: {} baked{already}; {}\n", out.display(), missing.len(), summary(&manifest)))
+    }
+}
+
+/// Says which pass of a pose is being computed.
+struct Passes<'a> {
+    progress: &'a mut Progress,
+    pose: u32,
+    left: String,
+}
+
+impl Recorder for Passes<'_> {
+    fn begin(&mut self, pass: &Info) {
+        self.progress.say(&format!("pose {},{} {}", self.pose, self.left, pass.name));
+    }
+
+    fn record(&mut self, _: &Info, _: bool, _: &Buffer) -> Result<(), Error> {
+        Ok(())
     }
 }
 

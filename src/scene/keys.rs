@@ -554,7 +554,7 @@ impl Kind {
     pub(super) fn describe(self) -> String {
         let range = |low: f64, high: f64| match (low, high) {
             (low, high) if low == -high && high >= 1e12 => String::new(),
-            (low, high) if high >= 1e9 => format!(" of at least {low}"),
+            (low, high) if high >= 1e6 => format!(" from {low} to {high:e}"),
             _ => format!(" from {low} to {high}"),
         };
         match self {

@@ -472,9 +472,10 @@ impl Reader {
             lights.push(light);
         }
         if lights.is_empty() {
+            let kind = if technique == Technique::Prt { "environment" } else { "point" };
             return Err(Error::new("the scene has no light")
                 .key("light")
-                .remedy("add [[light]] with kind = \"point\""));
+                .remedy(format!("add [[light]] with kind = \"{kind}\"")));
         }
         Ok(Scene {
             file: file.into(),

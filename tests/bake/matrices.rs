@@ -164,6 +164,54 @@ fn a_lambertian_row_is_the_clamped_cosine() {
     assert!(rows[32..].iter().all(|rgb| *rgb == [0.0; 3]), "below the surface nothing leaves");
 }
 
+/// Beside a sum over many more directions, close about the mirror direction of the exit, where the lobe is.
+#[test]
+fn rows_of_sharp_lobes_are_the_integral() {
+    let phong = |exponent| Gloss::Phong { exponent };
+    let facets = |roughness| Gloss::CookTorrance { roughness };
+    for gloss in
+        [phong(60.0), phong(1000.0), phong(3000.0), phong(1e4), facets(0.1), facets(0.03), facets(0.01)]
+    {
+        let brdf = Brdf { albedo: Vec3::ZERO, specular: Vec3::splat(0.9), gloss };
+        let mut worst = 0.0_f64;
+        for exit in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, -0.8, 0.6]] {
+            let row = brdf::rows(&brdf, 3, &[Vec3::from_array(exit.map(|c| c as f32))]);
+            let mirror = [-exit[0], -exit[1], exit[2]];
+            let across = if exit[0] == 0.0 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+            let beside = cross(mirror, across);
+            let mut sums = [0.0; 9];
+            let (rings, steps) = (2000, 96);
+            for ring in 0..rings {
+                // Finer towards the middle.
+                let share = |ring: f64| PI * (ring / f64::from(rings)).powi(2);
+                let (inner, outer) = (share(f64::from(ring)), share(f64::from(ring + 1)));
+                let theta = 0.5 * (inner + outer);
+                for step in 0..steps {
+                    let phi = 2.0 * PI * (f64::from(step) + 0.5) / f64::from(steps);
+                    let (x, y) = (theta.sin() * phi.cos(), theta.sin() * phi.sin());
+                    let light = [0, 1, 2]
+                        .map(|axis| theta.cos() * mirror[axis] + x * across[axis] + y * beside[axis]);
+                    let solid_angle = (inner.cos() - outer.cos()) * 2.0 * PI / f64::from(steps);
+                    let [i, o] = [light, exit].map(|d| Vec3::from_array(d.map(|c| c as f32)));
+                    let value = f64::from(brdf.value(i, o).x) * light[2].max(0.0) * solid_angle;
+                    for (sum, basis) in sums.iter_mut().zip(self::y(3, light)) {
+                        *sum += value * basis;
+                    }
+                }
+            }
+            for (found, sum) in row.iter().zip(sums) {
+                worst = worst.max((f64::from(found[0]) - sum).abs());
+                assert!((f64::from(found[0]) - sum).abs() < 1e-3, "{gloss:?}, {exit:?}: {found:?} and {sum}");
+            }
+        }
+        println!("{gloss:?}: {worst:.1e}");
+    }
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
 /// B with more and more bands gives the radiance towards an exit that a sum over the light's directions gives.
 #[test]
 fn a_row_times_the_matrix_shades_as_the_sum_over_directions_does() {

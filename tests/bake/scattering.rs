@@ -19,7 +19,7 @@ const SKIN: ([f32; 3], [f32; 3]) = ([0.74, 0.88, 1.01], [0.032, 0.17, 0.48]);
 #[test]
 fn a_flat_sheet_returns_the_total_reflectance() {
     let medium = Medium::new(SKIN.0, SKIN.1, 1.3, 1.0);
-    for (side, tolerance) in [(16.0, 0.07), (40.0, 0.08), (80.0, 0.12), (640.0, 0.16), (60_000.0, 1e-3)] {
+    for (side, tolerance) in [(16.0, 0.07), (40.0, 0.08), (80.0, 0.12), (640.0, 0.05), (60_000.0, 1e-3)] {
         let (positions, triangles) = grid(48, side, 0.0, true);
         let mesh = Mesh::new(positions, None, triangles).unwrap();
         let lit = vec![1.0; mesh.positions.len()];
@@ -161,7 +161,6 @@ fn what_stands_outside_shadows_single_scattering() {
 #[test]
 fn anisotropy_moves_light_forward() {
     let mesh = bitlight::world::shapes::sphere(6).unwrap();
-    let medium = Medium::new([0.5; 3], [0.01; 3], 1.3, 1.0);
     let (bvh, directions) = (Bvh::new(&mesh), Directions::new(512));
     let of = |anisotropy| {
         // σs is kept: Medium's σs' is the reduced one.
@@ -174,5 +173,4 @@ fn anisotropy_moves_light_forward() {
     };
     let [back, even, forward] = [-0.6, 0.0, 0.6].map(of);
     assert!(back < even && even < forward, "{back}, {even}, {forward}");
-    assert!(medium.eta == 1.3);
 }

@@ -142,6 +142,21 @@ fn the_picture_is_interpolated_where_a_ray_meets_the_solid() {
 }
 
 #[test]
+fn inner_sides_are_black() {
+    let sphere = ["solid.shape=sphere", "bend.angle=0", "camera.up=[0,1,0]"];
+    let from = |camera: &'static str| Rendered::new(&[&sphere[..], &[camera]].concat());
+    let inside = from("camera.position=[1,2,0]");
+    assert!(inside.buffer("seen").as_u32().iter().all(|triangle| *triangle != NONE));
+    assert!(inside.buffer("final").as_f32().iter().all(|value| *value == 0.0));
+    let outside = from("camera.position=[1,0.5,30]");
+    let (seen, picture) = (outside.buffer("seen").as_u32(), outside.buffer("final").as_f32());
+    let pixels: Vec<_> =
+        seen.iter().zip(picture.as_chunks::<3>().0).filter(|(seen, _)| **seen != NONE).collect();
+    let lit = pixels.iter().filter(|(_, rgb)| **rgb != [0.0; 3]).count();
+    assert!(pixels.len() > 100 && lit > pixels.len() * 9 / 10, "{lit} of {}", pixels.len());
+}
+
+#[test]
 fn a_white_convex_solid_in_an_even_environment_is_as_bright_as_that() {
     let even =
         super::SCENE.replace("probe = \"uffizi\"", "radiance = [2, 3, 4]").replace("[3, 2, 1]", "[0, 0, 0]");

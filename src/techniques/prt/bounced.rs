@@ -20,11 +20,11 @@ pub(super) const PASS: Pass<Frame> = Pass {
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let (solid, settings, functions) = (&frame.solid, &frame.settings, frame.functions());
-    let (directions, visibility) = read(frame, inputs);
-    let [direct, brdf] = ["matrices", "brdf"].map(|pass| inputs.get(&format!("prt.{pass}")).as_f32());
     if !frame.computes("prt.bounced") {
         return Buffer::f32(&[0, functions, functions, 3], Vec::new());
     }
+    let (directions, visibility) = read(frame, inputs);
+    let [direct, brdf] = ["matrices", "brdf"].map(|pass| inputs.get(&format!("prt.{pass}")).as_f32());
     let meetings = bake::meetings(solid, &Bvh::new(solid), &directions, &visibility);
     let values = bake::glossy_bounces(
         solid,

@@ -1,7 +1,8 @@
 //! `prt.final`: the picture, the radiance of the vertices interpolated over what each pixel sees, that from within times
-//! Schlick's transmittance at the cosine of the interpolated normal.
+//! Schlick's transmittance at the cosine of the interpolated normal. Inner sides are black.
 
 use super::Frame;
+use crate::bake;
 use crate::numeric::{order::max, parallel, vector::unit_or_zero};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
 use crate::raster::NONE;
@@ -33,6 +34,10 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
             let corners = solid.triangles[seen[pixel] as usize].map(|corner| corner as usize);
             let ndc = view.ndc(pixel % view.width, pixel / view.width);
             let positions = corners.map(|corner| solid.positions[corner]);
+            // The inner side of an open mesh is black, as in a bake.
+            if !bake::front(positions, positions[0] - frame.camera.position) {
+                continue;
+            }
             let weights = view.barycentric(positions, ndc);
             let blend = |of: [Vec3; 3]| of[0] * weights[0] + of[1] * weights[1] + of[2] * weights[2];
             let normal = unit_or_zero(blend(corners.map(|corner| solid.normals[corner])));

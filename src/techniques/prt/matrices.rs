@@ -19,8 +19,11 @@ pub(super) const PASS: Pass<Frame> = Pass {
 };
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
+    if !frame.computes("prt.matrices") {
+        return Buffer::f32(&[0, frame.functions(), frame.functions()], Vec::new());
+    }
     let (directions, visibility) = read(frame, inputs);
-    let vertices = if frame.computes("prt.matrices") { frame.solid.positions.len() } else { 0 };
+    let vertices = frame.solid.positions.len();
     let (bands, method) = (frame.settings.bands, frame.settings.method);
     let values = bake::matrices(&frame.solid, &directions, &visibility, bands, method, 0..vertices);
     Buffer::f32(&[vertices, frame.functions(), frame.functions()], values)

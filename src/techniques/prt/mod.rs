@@ -10,6 +10,7 @@
 //! light ───────────────────────────────────────┘   seen ──┘
 //! ```
 //!
+//! A surface has one side: the inner one of an open mesh is black, where the ground truth reflects on both.
 //! What a surface or the settings do not ask for is an empty buffer ([`computes`]). The transfer is that of
 //! [`crate::bake`]; these passes say which of it a frame needs, and light it.
 

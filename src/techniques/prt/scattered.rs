@@ -24,10 +24,10 @@ pub(super) const PASS: Pass<Frame> = Pass {
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let (solid, settings, functions) = (&frame.solid, &frame.settings, frame.functions());
-    let (directions, visibility) = read(frame, inputs);
     if !frame.computes("prt.scattered") {
         return Buffer::f32(&[0, functions, 3], Vec::new());
     }
+    let (directions, visibility) = read(frame, inputs);
     let entering =
         bake::irradiance(solid, &directions, &visibility, settings.bands, &frame.medium, settings.method);
     let values = bake::multiple_scattering(solid, &entering, functions, &frame.medium, SPREAD);

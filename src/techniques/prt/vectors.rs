@@ -24,10 +24,10 @@ pub(super) const PASS: Pass<Frame> = Pass {
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let (solid, settings) = (&frame.solid, &frame.settings);
-    let (directions, visibility) = read(frame, inputs);
     if !frame.computes("prt.vectors") {
         return Buffer::f32(&[0, frame.functions(), 3], Vec::new());
     }
+    let (directions, visibility) = read(frame, inputs);
     let direct =
         bake::vectors(solid, &directions, &visibility, settings.bands, settings.reading, settings.method);
     let (albedo, bounces) = match settings.reading {
