@@ -8,7 +8,6 @@ use bitlight::bake::{
     meetings, multiple_scattering, vectors, visibility,
 };
 use bitlight::numeric::parallel::with_threads;
-use bitlight::trace::Bvh;
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::medium::Medium;
 use bitlight::world::{obj, shapes};
@@ -38,9 +37,8 @@ fn time<T>(vertices: usize, work: impl Fn() -> T) -> f64 {
 fn table(file: Option<&str>, count: usize) {
     let mesh = file.map_or_else(|| shapes::torus_knot(2, 3, 0.3, 400, 32), obj::read).expect("a mesh");
     let directions = Directions::new(count);
-    let bvh = Bvh::new(&mesh);
     let seen = visibility(&mesh, &directions);
-    let met = meetings(&mesh, &bvh, &directions, &seen);
+    let met = meetings(&mesh, &directions, &seen);
     let vertices = mesh.positions.len();
     let blocked: u32 = seen.blocked.iter().map(|word| word.count_ones()).sum();
     println!(
@@ -61,7 +59,7 @@ fn table(file: Option<&str>, count: usize) {
             println!("{:40} {:9.2}", format!("matrices, {bands} bands, {estimate:?}"), time(some, of));
         }
     }
-    println!("{:40} {:9.2}", "meetings", time(vertices, || meetings(&mesh, &bvh, &directions, &seen)));
+    println!("{:40} {:9.2}", "meetings", time(vertices, || meetings(&mesh, &directions, &seen)));
     let direct = vectors(&mesh, &directions, &seen, 5, Reading::Corrected, Estimate::Control);
     let once = || gather(&mesh, &directions, &met, Estimate::Control, &direct, 25);
     println!("{:40} {:9.2}", "a diffuse bounce, 5 bands", time(vertices, once));

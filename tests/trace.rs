@@ -305,5 +305,19 @@ fn a_bundle_of_parallel_rays_sees_what_single_rays_see() {
         }
         println!("{name}: {seen} of {} rays see the sky", points.len() * directions.len());
         assert!(seen > 0);
+        // What some of the rays meet, seen or not.
+        let wanted: Vec<u32> = found.iter().map(|bits| !bits & 0x0812_4225).collect();
+        let mut met = bundle::nearest(&mesh, &points, &directions, &wanted).into_iter();
+        let mut hits = 0;
+        for (p, point) in points.iter().enumerate() {
+            for (d, direction) in directions.iter().enumerate() {
+                if wanted[p * words + d / 32] >> (d % 32) & 1 == 1 {
+                    let hit = plain(&mesh, &Ray::new(*point, *direction), true);
+                    assert_eq!(met.next(), Some(hit), "{name}: point {p} {point} along {d} {direction}");
+                    hits += usize::from(hit.is_some());
+                }
+            }
+        }
+        assert!(met.next().is_none() && hits > 0);
     }
 }

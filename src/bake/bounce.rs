@@ -11,8 +11,8 @@
 use super::{Directions, Estimate, RUN, Visibility};
 use crate::numeric::lanes::wide;
 use crate::numeric::parallel;
-use crate::trace::bundle::WORD;
-use crate::trace::{Bvh, Hit, Ray};
+use crate::trace::Hit;
+use crate::trace::bundle::{self, WORD};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 use std::f64::consts::PI;
@@ -67,10 +67,20 @@ impl Meetings {
 /// Follows every blocked direction to the nearest triangle.
 ///
 /// # Panics
-/// Where `visibility` is not that of `mesh` and `directions`, or `bvh` not that of `mesh`.
-pub fn meetings(mesh: &Mesh, bvh: &Bvh, directions: &Directions, visibility: &Visibility) -> Meetings {
+/// Where `visibility` is not that of `mesh` and `directions`.
+pub fn meetings(mesh: &Mesh, directions: &Directions, visibility: &Visibility) -> Meetings {
+    let hits = bundle::nearest(mesh, &mesh.positions, &directions.rays, &visibility.blocked);
+    let count = |vertex| visibility.of(vertex).1.iter().map(|bits| bits.count_ones() as usize).sum::<usize>();
+    let starts: Vec<_> = (0..mesh.positions.len())
+        .scan(0, |next, vertex| {
+            let start = *next;
+            *next += count(vertex);
+            Some(start)
+        })
+        .collect();
     let rows = parallel::map(mesh.positions.len(), |vertex| {
         let (visible, blocked) = visibility.of(vertex);
+        let mut hits = hits[starts[vertex]..].iter();
         let normal = mesh.normals[vertex];
         let mut hemisphere = [0.0; 2];
         let mut met = Vec::new();
@@ -85,9 +95,11 @@ pub fn meetings(mesh: &Mesh, bvh: &Bvh, directions: &Directions, visibility: &Vi
                 if blocked[word] >> bit & 1 == 0 {
                     continue;
                 }
-                let ray = Ray::new(mesh.positions[vertex], directions.rays[direction]);
-                let front = |hit: &Hit| front(bvh.corners()[hit.triangle as usize], ray.direction);
-                if let Some(hit) = bvh.nearest(&ray).filter(front) {
+                let front = |hit: &Hit| {
+                    let corners = mesh.triangles[hit.triangle as usize];
+                    front(corners.map(|corner| mesh.positions[corner as usize]), directions.rays[direction])
+                };
+                if let Some(hit) = hits.next().copied().flatten().filter(front) {
                     met.push(Meeting {
                         direction: direction as u32,
                         triangle: hit.triangle,

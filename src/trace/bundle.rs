@@ -1,12 +1,14 @@
-//! Bundles of parallel rays: what each of many points sees of a set of directions.
+//! Bundles of parallel rays: what each of many points sees of a set of directions, and what is met along the others.
 //!
 //! Rays of one direction share the shear of [`super::triangle`], so asking which of them are blocked is rasterising the
 //! sheared triangles against the sheared points in place of pixels: `cells.rs` sorts the points into the cells of a grid,
-//! `hold.rs` holds each triangle against the points in the cells of its box. The bits are those of single rays.
+//! `hold.rs` holds each triangle against the points in the cells of its box. The bits are those of single rays. The nearest
+//! hit is among the few triangles that may block a point, each of which the test of single rays then decides.
 
 use super::cells::{Cells, Grid, LANES};
 use super::hold::block;
-use super::triangle::Shear;
+use super::triangle::{Shear, Slabs, along};
+use super::{Hit, Ray};
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::{clamp, max, max3, min, min3};
 use crate::numeric::parallel;
@@ -36,7 +38,7 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
             let mut cells = Cells::default();
             for (seen, direction) in seen.iter_mut().zip(&directions[run * RUN..]) {
                 *seen = vec![0; points.len()];
-                bundle.look(*direction, &mut cells, seen, block);
+                bundle.look(*direction, &mut cells, seen, block::<false>);
             }
         });
         parallel::for_each_chunk(&mut bits, words * 1024, |run, rows| {
@@ -49,16 +51,59 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
     bits
 }
 
+/// Where the rays from `points` along `directions` first meet the mesh ([`super::Bvh::nearest`]), of the rays whose bits are
+/// set in `wanted`, `[points][⌈directions / 32⌉]`: for each point its set bits ascending.
+///
+/// # Panics
+/// Where `wanted` has another length.
+pub fn nearest(mesh: &Mesh, points: &[Vec3], directions: &[Vec3], wanted: &[u32]) -> Vec<Option<Hit>> {
+    let words = directions.len().div_ceil(WORD);
+    assert_eq!(wanted.len(), points.len() * words, "one row of words a point");
+    let bundle = Bundle::new(mesh, points, &[]);
+    // Where each point's next hit goes.
+    let mut next = Vec::with_capacity(points.len());
+    let mut total = 0;
+    for row in 0..points.len() {
+        next.push(total);
+        total += wanted[row * words..(row + 1) * words]
+            .iter()
+            .map(|bits| bits.count_ones() as usize)
+            .sum::<usize>();
+    }
+    let mut hits = vec![None; total];
+    for (word, directions) in directions.chunks(WORD).enumerate() {
+        let column: Vec<u32> =
+            bundle.order.iter().map(|point| wanted[*point as usize * words + word]).collect();
+        let mut found: Vec<Vec<(u32, Option<Hit>)>> = vec![Vec::new(); directions.len()];
+        parallel::for_each_chunk(&mut found, RUN, |run, found| {
+            let mut cells = Cells::default();
+            for (bit, found) in (run * RUN..).zip(found) {
+                let set = (0..).zip(&column).filter(|(_, bits)| **bits >> bit & 1 == 1);
+                cells.looking.clear();
+                cells.looking.extend(set.map(|(point, _)| point));
+                bundle.meet(directions[bit], &mut cells, found, block::<true>);
+            }
+        });
+        for (point, hit) in found.into_iter().flatten() {
+            hits[next[point as usize]] = hit;
+            next[point as usize] += 1;
+        }
+    }
+    hits
+}
+
 /// A mesh and points, in an order in which neighbours in space are neighbours in memory.
 pub(super) struct Bundle {
     /// The mesh's vertices, then those points that are none; one list a coordinate.
     places: [Vec<f32>; 3],
     /// The three vertices of sixteen triangles, one list a corner; the last triangle stands for those that are missing.
     pub(super) triangles: Vec<[[u32; LANES]; 3]>,
+    /// Of each of these its index in the mesh.
+    indices: Vec<u32>,
     /// Of each point its place, its normal, and its index among the points that were given.
     pub(super) points: Vec<u32>,
     normals: [Vec<f32>; 3],
-    order: Vec<u32>,
+    pub(super) order: Vec<u32>,
     /// The middle of the box around everything, and half its sides.
     center: Vec3,
     half: Vec3,
@@ -78,6 +123,7 @@ fn morton(point: Vec3, low: Vec3, scale: f32) -> u32 {
 }
 
 impl Bundle {
+    /// `normals` are one a point, or none where [`Self::look`] is not asked for.
     pub(super) fn new(mesh: &Mesh, points: &[Vec3], normals: &[Vec3]) -> Self {
         let all = || mesh.positions.iter().chain(points);
         let first = mesh.positions[0];
@@ -96,18 +142,18 @@ impl Bundle {
             let [a, b, c] = mesh.triangles[triangle].map(|corner| mesh.positions[corner as usize] / 3.0);
             a + b + c
         };
-        let triangles = order(mesh.triangles.len(), &centroid);
+        let mut indices = order(mesh.triangles.len(), &centroid);
+        indices.resize(indices.len().next_multiple_of(LANES), indices[indices.len() - 1]);
         let together = |some: &[u32]| {
             let mut corners = [[0; LANES]; 3];
-            for lane in 0..LANES {
-                let old = some[min(lane, some.len() - 1)];
-                for (corner, vertex) in mesh.triangles[old as usize].iter().enumerate() {
+            for (lane, old) in some.iter().enumerate() {
+                for (corner, vertex) in mesh.triangles[*old as usize].iter().enumerate() {
                     corners[corner][lane] = place[*vertex as usize];
                 }
             }
             corners
         };
-        let triangles: Vec<_> = triangles.chunks(LANES).map(together).collect();
+        let triangles: Vec<_> = indices.chunks(LANES).map(together).collect();
         let mut places: Vec<Vec3> = sorted.iter().map(|old| mesh.positions[*old as usize]).collect();
         let order = order(points.len(), &|point| points[point]);
         let numbers = order.iter().map(|index| {
@@ -125,8 +171,12 @@ impl Bundle {
         Self {
             places: lists(&|index| places[index], places.len()),
             triangles,
+            indices,
             points: numbers,
-            normals: lists(&|index| normals[order[index] as usize], order.len()),
+            normals: lists(
+                &|index| normals[order[index] as usize],
+                if normals.is_empty() { 0 } else { order.len() },
+            ),
             order,
             center: low * 0.5 + high * 0.5,
             half: high * 0.5 - low * 0.5,
@@ -146,12 +196,8 @@ impl Bundle {
         seen: &mut [u8],
         block: impl Fn(&Self, &Grid, Vec3, &mut Cells),
     ) {
-        let frame = Sheared::new(direction, self);
-        let ends = shear(&frame, &self.places, &mut cells.sheared);
         look_along(direction, &self.normals, &mut cells.looking);
-        let grid = Grid::new(self, ends, cells.looking.len());
-        cells.sort(&grid, self);
-        block(self, &grid, direction, cells);
+        self.hold(direction, cells, block);
         cells.blocked.clear();
         cells.blocked.resize(self.places[0].len(), false);
         for (place, z) in cells.lanes.place.iter().zip(&cells.lanes.z).take(2 * cells.looking.len()) {
@@ -161,6 +207,51 @@ impl Bundle {
             let free = !cells.blocked[self.points[*point as usize] as usize];
             seen[self.order[*point as usize] as usize] = u8::from(free);
         }
+    }
+
+    /// Finds, for each point of `cells.looking`, by its index among those that were given, what it meets along the
+    /// direction; `collect` finds the triangles that it may meet.
+    pub(super) fn meet(
+        &self,
+        direction: Vec3,
+        cells: &mut Cells,
+        found: &mut Vec<(u32, Option<Hit>)>,
+        collect: impl Fn(&Self, &Grid, Vec3, &mut Cells),
+    ) {
+        if cells.looking.is_empty() {
+            return;
+        }
+        cells.pairs.clear();
+        self.hold(direction, cells, collect);
+        cells.met.resize(self.places[0].len(), None);
+        let (shear, slabs) = (Shear::new(direction), Slabs::new(&Ray::new(Vec3::ZERO, direction)));
+        for [place, triangle] in &cells.pairs {
+            let (group, lane) = (*triangle as usize / LANES, *triangle as usize % LANES);
+            let corners = [0, 1, 2].map(|corner| self.place(self.triangles[group][corner][lane]));
+            let ray = Ray::new(self.place(*place), direction);
+            let slabs = Slabs { origin: ray.origin.to_array(), ..slabs };
+            let Some(hit) = along(&shear, &slabs, &ray, &corners, self.indices[*triangle as usize]) else {
+                continue;
+            };
+            let met = &mut cells.met[*place as usize];
+            if met.is_none_or(|met| (hit.t, hit.triangle) < (met.t, met.triangle)) {
+                *met = Some(hit);
+            }
+        }
+        let met = cells.looking.iter().map(|point| {
+            let place = self.points[*point as usize];
+            (self.order[*point as usize], cells.met[place as usize].take())
+        });
+        found.extend(met);
+    }
+
+    /// Shears everything, sorts the points of `cells.looking` into cells and holds the triangles against them.
+    fn hold(&self, direction: Vec3, cells: &mut Cells, by: impl Fn(&Self, &Grid, Vec3, &mut Cells)) {
+        let frame = Sheared::new(direction, self);
+        let ends = shear(&frame, &self.places, &mut cells.sheared);
+        let grid = Grid::new(self, ends, cells.looking.len());
+        cells.sort(&grid, self);
+        by(self, &grid, direction, cells);
     }
 }
 

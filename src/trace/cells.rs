@@ -1,5 +1,6 @@
 //! The points of a bundle sorted into the cells of a grid across the direction.
 
+use super::Hit;
 use super::bundle::Bundle;
 use crate::numeric::lanes::wide;
 use crate::numeric::order::{clamp, max, min};
@@ -25,6 +26,10 @@ pub(super) struct Cells {
     pub(super) looking: Vec<u32>,
     /// Whether what looks from a place is blocked.
     pub(super) blocked: Vec<bool>,
+    /// Places and triangles that may block what looks from there, both in the bundle's order.
+    pub(super) pairs: Vec<[u32; 2]>,
+    /// What looks from a place meets first, as far as is known.
+    pub(super) met: Vec<Option<Hit>>,
     /// Where each cell's points start, and the last one's end. A cell has the points of two rows of the grid, its own and
     /// the next, so that a triangle that is no higher than a row has all its points in cells of one row, side by side.
     pub(super) starts: Vec<u32>,
@@ -134,6 +139,8 @@ impl Cells {
         }
         lanes.place.resize(count + LANES, 0);
         spread(&self.sorted, lanes);
+        // What comes after the last point is nobody.
+        lanes.z[count..count + LANES].fill(f32::NAN);
     }
 }
 

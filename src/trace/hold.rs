@@ -27,13 +27,14 @@ pub(super) const SLACK: f32 = 32.0 / 2_097_152.0;
 /// How far a depth may be off: a coordinate's rounding, with room.
 pub(super) const DEPTH_SLACK: f32 = 1.0 / 2_097_152.0;
 
-/// Holds every triangle against the points in the cells of its box, [`LANES`] at a time.
-fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
+/// Holds every triangle against the points in the cells of its box, [`LANES`] at a time: marks the points that it blocks, or
+/// with `COLLECT` adds to `cells.pairs` those that it may block.
+fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let columns = grid.size[0];
-    let Cells { sheared, starts, lanes, .. } = cells;
+    let Cells { sheared, starts, lanes, pairs, .. } = cells;
     let triangles =
         bundle.triangles.iter().flat_map(|[a, b, c]| (0..LANES).map(|lane| [a[lane], b[lane], c[lane]]));
-    for triangle in triangles {
+    for (index, triangle) in (0..).zip(triangles) {
         let [a, b, c] = triangle.map(|corner| sheared[corner as usize]);
         let (mut low, mut high) = ([0.0; 4], [0.0; 4]);
         for axis in 0..4 {
@@ -61,10 +62,14 @@ fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
             let mut at = starts[row * columns + span[0]] as usize;
             let end = starts[row * columns + span[1] + 1] as usize;
             while at < end {
-                let doubtful = test.some(lanes, at, end - at);
+                let doubtful = test.some::<COLLECT>(lanes, at, end - at);
                 if doubtful != 0 {
                     let Lanes { place, z, .. } = lanes;
-                    decide(bundle, &place[at..], &mut z[at..], direction, &triangle, doubtful);
+                    if COLLECT {
+                        collect(pairs, &place[at..], index, doubtful);
+                    } else {
+                        decide(bundle, &place[at..], &mut z[at..], direction, &triangle, doubtful);
+                    }
                 }
                 at += LANES;
             }
@@ -76,8 +81,8 @@ fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     }
 }
 
-/// Marks the points that the triangles block.
-pub(super) fn block(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
+/// Marks the points that the triangles block, or with `COLLECT` finds the triangles that may.
+pub(super) fn block<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     #[cfg(target_arch = "x86_64")]
     #[expect(
         unsafe_code,
@@ -85,12 +90,12 @@ pub(super) fn block(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut C
     )]
     if has_avx512() {
         // SAFETY: the processor has AVX-512.
-        return unsafe { super::hold_avx512::walk(bundle, grid, direction, cells) };
+        return unsafe { super::hold_avx512::walk::<COLLECT>(bundle, grid, direction, cells) };
     } else if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has AVX2.
-        return unsafe { super::hold_avx2::walk(bundle, grid, direction, cells) };
+        return unsafe { super::hold_avx2::walk::<COLLECT>(bundle, grid, direction, cells) };
     }
-    walk(bundle, grid, direction, cells);
+    walk::<COLLECT>(bundle, grid, direction, cells);
 }
 
 /// A triangle as points are held against it.
@@ -113,9 +118,9 @@ struct Test {
 
 impl Test {
     /// Marks those of `count` points from `at` on, of [`LANES`] at most, that are blocked for certain; a bit for each that
-    /// may be.
+    /// may be. With `COLLECT` none is certain.
     #[inline(always)]
-    fn some(&self, lanes: &mut Lanes, at: usize, count: usize) -> u32 {
+    fn some<const COLLECT: bool>(&self, lanes: &mut Lanes, at: usize, count: usize) -> u32 {
         let x: &[f32; LANES] = lanes.x[at..][..LANES].try_into().expect("as many");
         let y: &[f32; LANES] = lanes.y[at..][..LANES].try_into().expect("as many");
         let place: &[u32; LANES] = lanes.place[at..][..LANES].try_into().expect("as many");
@@ -132,12 +137,21 @@ impl Test {
                 | (place[lane] == self.corners[2]);
             let counts = (lane < count) & !own & (z[lane] <= self.behind);
             let may = counts & (least >= -self.slack);
-            let must = counts & (least > self.slack) & (z[lane] < self.ahead);
+            let must = counts & !COLLECT & (least > self.slack) & (z[lane] < self.ahead);
             doubtful[lane] = u32::from(may & !must);
             // All ones are not a number, which no later comparison counts.
             z[lane] = f32::from_bits(z[lane].to_bits() | if must { u32::MAX } else { 0 });
         }
         (0..LANES).fold(0, |bits, lane| bits | doubtful[lane] << lane)
+    }
+}
+
+/// Adds the places of the points that `bits` names to `pairs`, each with the triangle.
+#[inline(always)]
+pub(super) fn collect(pairs: &mut Vec<[u32; 2]>, place: &[u32], triangle: u32, mut bits: u32) {
+    while bits != 0 {
+        pairs.push([place[bits.trailing_zeros() as usize], triangle]);
+        bits &= bits - 1;
     }
 }
 
@@ -241,19 +255,42 @@ mod tests {
             .map(|(p, n)| u8::from(n.dot(direction) > 0.0 && !bvh.blocked(&Ray::new(*p, direction))))
             .collect();
         let of = |by: &dyn Fn(&Bundle, &Grid, Vec3, &mut Cells)| seen(&bundle, direction, single.len(), by);
-        assert!(of(&walk) == single, "{direction}: the portable walk");
+        assert!(of(&walk::<false>) == single, "{direction}: the portable walk");
+        // What every third point meets, whether or not it looks along the direction.
+        let third = (0..points.len() as u32).step_by(3);
+        let first: Vec<_> =
+            third.clone().map(|p| bvh.nearest(&Ray::new(points[p as usize], direction))).collect();
+        let met = |by: &dyn Fn(&Bundle, &Grid, Vec3, &mut Cells)| {
+            let mut cells = Cells::default();
+            let (mut found, mut met) = (Vec::new(), vec![None; first.len()]);
+            let looking = (0..).zip(&bundle.order).filter(|(_, point)| **point % 3 == 0);
+            cells.looking.extend(looking.map(|(place, _)| place));
+            bundle.meet(direction, &mut cells, &mut found, by);
+            assert_eq!(found.len(), first.len());
+            found.into_iter().for_each(|(point, hit)| met[point as usize / 3] = hit);
+            met
+        };
+        assert!(met(&walk::<true>) == first, "{direction}: what the portable walk meets");
         #[cfg(target_arch = "x86_64")]
         #[expect(unsafe_code, reason = "the twins, for a processor that was just looked at")]
         {
             if std::arch::is_x86_feature_detected!("avx2") {
                 // SAFETY: the processor has AVX2.
-                let avx2 = of(&|b, g, d, c| unsafe { crate::trace::hold_avx2::walk(b, g, d, c) });
+                let avx2 = of(&|b, g, d, c| unsafe { crate::trace::hold_avx2::walk::<false>(b, g, d, c) });
                 assert!(avx2 == single, "{direction}: eight lanes");
+                // SAFETY: the processor has AVX2.
+                let avx2 = met(&|b, g, d, c| unsafe { crate::trace::hold_avx2::walk::<true>(b, g, d, c) });
+                assert!(avx2 == first, "{direction}: what eight lanes meet");
             }
             if has_avx512() {
                 // SAFETY: the processor has AVX-512.
-                let avx512 = of(&|b, g, d, c| unsafe { crate::trace::hold_avx512::walk(b, g, d, c) });
+                let avx512 =
+                    of(&|b, g, d, c| unsafe { crate::trace::hold_avx512::walk::<false>(b, g, d, c) });
                 assert!(avx512 == single, "{direction}: sixteen lanes");
+                // SAFETY: the processor has AVX-512.
+                let avx512 =
+                    met(&|b, g, d, c| unsafe { crate::trace::hold_avx512::walk::<true>(b, g, d, c) });
+                assert!(avx512 == first, "{direction}: what sixteen lanes meet");
             }
         }
     }

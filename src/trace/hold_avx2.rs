@@ -2,7 +2,7 @@
 
 use super::bundle::Bundle;
 use super::cells::{BLOCK_COLUMNS, Cells, Grid, Lanes};
-use super::hold::{DEPTH_SLACK, SLACK, decide};
+use super::hold::{DEPTH_SLACK, SLACK, collect, decide};
 use glam::Vec3;
 use std::arch::x86_64::*;
 
@@ -20,11 +20,13 @@ struct Batch {
     depths: [[f32; LANES]; 2],
     /// First and last column, first and last row of the cells.
     cells: [[i32; LANES]; 4],
+    /// The number of the first triangle.
+    first: u32,
 }
 
 /// `hold::walk` with eight lanes.
 #[target_feature(enable = "avx2")]
-pub(super) fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
+pub(super) fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let mut batch = Batch::default();
     for [a, b, c] in &bundle.triangles {
         for ((a, b), c) in a.as_chunks().0.iter().zip(b.as_chunks().0).zip(c.as_chunks().0) {
@@ -32,8 +34,10 @@ pub(super) fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Ce
             while left != 0 {
                 let lane = left.trailing_zeros() as usize & (LANES - 1);
                 left &= left - 1;
-                hold(bundle, grid, direction, cells, &batch, lane, &[a[lane], b[lane], c[lane]]);
+                let triangle = [a[lane], b[lane], c[lane]];
+                hold::<COLLECT>(bundle, grid, direction, cells, &batch, lane, &triangle);
             }
+            batch.first += LANES as u32;
         }
     }
 }
@@ -134,7 +138,7 @@ fn prepare([a, b, c]: [&[u32; LANES]; 3], grid: &Grid, cells: &Cells, batch: &mu
 /// Holds one triangle against the points in its cells.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn hold(
+fn hold<const COLLECT: bool>(
     bundle: &Bundle,
     grid: &Grid,
     direction: Vec3,
@@ -143,7 +147,7 @@ fn hold(
     lane: usize,
     triangle: &[u32; 3],
 ) {
-    let Cells { starts, lanes, .. } = cells;
+    let Cells { starts, lanes, pairs, .. } = cells;
     let all = |number: usize| _mm256_set1_ps(batch.numbers[number][lane]);
     let [ax, ay, ex, ey, fx, fy, area, slack] =
         [all(0), all(1), all(2), all(3), all(4), all(5), all(6), all(7)];
@@ -171,7 +175,10 @@ fn hold(
             let corners = _mm256_or_si256(_mm256_or_si256(is(0), is(1)), is(2));
             let may = _mm256_castps_si256(_mm256_and_ps(inside, before));
             let may = _mm256_and_si256(_mm256_andnot_si256(corners, counts), may);
-            if _mm256_testz_si256(may, may) == 0 {
+            if COLLECT {
+                let bits = _mm256_movemask_ps(_mm256_castsi256_ps(may)) as u32;
+                collect(pairs, &lanes.place[at..], batch.first + lane as u32, bits);
+            } else if _mm256_testz_si256(may, may) == 0 {
                 let must = _mm256_and_ps(
                     _mm256_cmp_ps::<_CMP_GT_OQ>(least, slack),
                     _mm256_cmp_ps::<_CMP_LT_OQ>(z, ahead),

@@ -2,7 +2,7 @@
 
 use super::bundle::Bundle;
 use super::cells::{BLOCK_COLUMNS, Cells, Grid, LANES, Lanes};
-use super::hold::{DEPTH_SLACK, SLACK, decide};
+use super::hold::{DEPTH_SLACK, SLACK, collect, decide};
 use crate::numeric::order::min;
 use glam::Vec3;
 use std::arch::x86_64::*;
@@ -22,21 +22,21 @@ struct Queue {
     /// the area, how far the edge functions may be off, and the depths beyond which no point is blocked, and before which
     /// every point inside is.
     numbers: [[f32; ROOM]; 10],
-    /// The first cell, how many of a row, how many more rows of cells, and the corners' places.
-    cells: [[i32; ROOM]; 6],
+    /// The first cell, how many of a row, how many more rows of cells, the corners' places, and the triangle's number.
+    cells: [[i32; ROOM]; 7],
 }
 
 /// `hold::walk` with sixteen lanes.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
-pub(super) fn walk(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
-    let mut queue = Queue { length: 0, numbers: [[0.0; ROOM]; 10], cells: [[0; ROOM]; 6] };
-    for triangles in &bundle.triangles {
-        prepare(triangles, grid, cells, &mut queue);
+pub(super) fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
+    let mut queue = Queue { length: 0, numbers: [[0.0; ROOM]; 10], cells: [[0; ROOM]; 7] };
+    for (group, triangles) in bundle.triangles.iter().enumerate() {
+        prepare(triangles, group, grid, cells, &mut queue);
         if queue.length > ROOM - LANES {
-            hold(bundle, grid, direction, cells, &mut queue);
+            hold::<COLLECT>(bundle, grid, direction, cells, &mut queue);
         }
     }
-    hold(bundle, grid, direction, cells, &mut queue);
+    hold::<COLLECT>(bundle, grid, direction, cells, &mut queue);
 }
 
 /// The coordinates of sixteen places.
@@ -77,7 +77,7 @@ fn gather(places: &[u32; LANES], sheared: &[[f32; 4]]) -> [__m512; 3] {
 /// Sets sixteen triangles up and queues those that have points behind them in their cells.
 #[target_feature(enable = "avx512f,avx512dq")]
 #[inline]
-fn prepare(triangles: &[[u32; LANES]; 3], grid: &Grid, cells: &Cells, queue: &mut Queue) {
+fn prepare(triangles: &[[u32; LANES]; 3], group: usize, grid: &Grid, cells: &Cells, queue: &mut Queue) {
     let [a, b, c] = [
         gather(&triangles[0], &cells.sheared),
         gather(&triangles[1], &cells.sheared),
@@ -142,7 +142,9 @@ fn prepare(triangles: &[[u32; LANES]; 3], grid: &Grid, cells: &Cells, queue: &mu
     let start = _mm512_add_epi32(first_row, left);
     let span = _mm512_add_epi32(_mm512_sub_epi32(right, left), one);
     let more = _mm512_srli_epi32::<1>(_mm512_sub_epi32(bottom, top));
-    let whole = [start, span, more, corner(0), corner(1), corner(2)];
+    let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    let number = _mm512_add_epi32(_mm512_set1_epi32((group * LANES) as i32), lanes);
+    let whole = [start, span, more, corner(0), corner(1), corner(2), number];
     for (list, numbers) in queue.cells.iter_mut().zip(whole) {
         let packed = _mm512_maskz_compress_epi32(kept, numbers);
         #[expect(unsafe_code, reason = "sixteen values to a list with room for them")]
@@ -157,8 +159,14 @@ fn prepare(triangles: &[[u32; LANES]; 3], grid: &Grid, cells: &Cells, queue: &mu
 /// Holds the triangles of the queue against the points in their cells, and empties it.
 #[target_feature(enable = "avx512f,avx512dq")]
 #[inline]
-fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue: &mut Queue) {
-    let Cells { starts, lanes: Lanes { x, y, z, place }, .. } = cells;
+fn hold<const COLLECT: bool>(
+    bundle: &Bundle,
+    grid: &Grid,
+    direction: Vec3,
+    cells: &mut Cells,
+    queue: &mut Queue,
+) {
+    let Cells { starts, lanes: Lanes { x, y, z, place }, pairs, .. } = cells;
     let Queue { length, numbers, cells } = queue;
     let (count, points) = (min(*length, ROOM), z.len());
     let (x, y, place) = (&x[..points], &y[..points], &place[..points]);
@@ -186,7 +194,7 @@ fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue:
         loop {
             let mut at = starts[start] as usize;
             let end = starts[start + span] as usize;
-            // Up to fifteen points of other cells, or nobody's, are tested as well; `SLACK` says why that is right.
+            // Up to fifteen points of other cells, or none, are tested as well; `SLACK` says why that is right.
             loop {
                 assert!(at + LANES <= points, "room after the last point");
                 #[expect(unsafe_code, reason = "vectors of sixteen values")]
@@ -206,7 +214,9 @@ fn hold(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells, queue:
                 for corner in 3..6 {
                     may = _mm512_mask_cmpneq_epi32_mask(may, own, _mm512_set1_epi32(cells[corner][item]));
                 }
-                if may != 0 {
+                if COLLECT {
+                    collect(pairs, &place[at..], cells[6][item] as u32, u32::from(may));
+                } else if may != 0 {
                     let must = _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(may, least, slack);
                     let must = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(must, pz, ahead);
                     #[expect(unsafe_code, reason = "some of sixteen values")]

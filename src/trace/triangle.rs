@@ -157,10 +157,21 @@ pub(super) fn within(
 
 /// Where a ray meets one triangle: what every walk through many comes to.
 pub fn hit(ray: &Ray, corners: &[Vec3; 3], triangle: u32) -> Option<Hit> {
-    let shear = Shear::new(ray.direction);
-    let interval = interval(&Slabs::new(ray), corners);
+    along(&Shear::new(ray.direction), &Slabs::new(ray), ray, corners, triangle)
+}
+
+/// [`hit`] for a ray whose shear and slabs are known.
+#[inline(always)]
+pub(super) fn along(
+    shear: &Shear,
+    slabs: &Slabs,
+    ray: &Ray,
+    corners: &[Vec3; 3],
+    triangle: u32,
+) -> Option<Hit> {
+    let interval = interval(slabs, corners);
     if interval[0] > interval[1] {
         return None;
     }
-    within(&shear, shear.apply(ray.origin), corners, triangle, interval, ray.far)
+    within(shear, shear.apply(ray.origin), corners, triangle, interval, ray.far)
 }

@@ -2,7 +2,6 @@
 
 use super::{PI, grid, inverted, knot};
 use bitlight::bake::{Directions, Estimate, Reading, diffuse_bounces, gather, meetings, vectors, visibility};
-use bitlight::trace::Bvh;
 use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
 use glam::Vec3;
@@ -11,7 +10,7 @@ use glam::Vec3;
 fn parts(mesh: &Mesh, count: usize, estimate: Estimate) -> (Vec<f32>, Vec<f32>) {
     let directions = Directions::new(count);
     let seen = visibility(mesh, &directions);
-    let met = meetings(mesh, &Bvh::new(mesh), &directions, &seen);
+    let met = meetings(mesh, &directions, &seen);
     let sky = vectors(mesh, &directions, &seen, 1, Reading::Corrected, estimate);
     let sky = sky.iter().map(|t| t * (4.0 * PI).sqrt() as f32).collect();
     (sky, gather(mesh, &directions, &met, estimate, &vec![1.0; mesh.positions.len()], 1))
@@ -36,7 +35,7 @@ fn a_closed_room_fills_with_light() {
     let room = inverted(&shapes::sphere(8).unwrap());
     let directions = Directions::new(256);
     let seen = visibility(&room, &directions);
-    let met = meetings(&room, &Bvh::new(&room), &directions, &seen);
+    let met = meetings(&room, &directions, &seen);
     let (sky, _) = parts(&room, 256, Estimate::Control);
     let (least, most) = sky.iter().fold((1.0_f32, 0.0_f32), |(a, b), s| (a.min(*s), b.max(*s)));
     assert!(most < 0.02, "{most} of the sky");
@@ -65,7 +64,7 @@ fn a_closed_room_fills_with_light() {
 fn a_white_concave_solid_tends_to_the_light_around_it() {
     let (mesh, directions) = (knot(), Directions::new(512));
     let seen = visibility(&mesh, &directions);
-    let met = meetings(&mesh, &Bvh::new(&mesh), &directions, &seen);
+    let met = meetings(&mesh, &directions, &seen);
     let direct = vectors(&mesh, &directions, &seen, 1, Reading::Corrected, Estimate::Control);
     let mut before = 0.0;
     for bounces in [0, 1, 2, 4, 30] {
@@ -87,7 +86,7 @@ fn a_white_concave_solid_tends_to_the_light_around_it() {
 fn bounces_are_powers_of_the_albedo() {
     let (mesh, directions) = (knot(), Directions::new(256));
     let seen = visibility(&mesh, &directions);
-    let met = meetings(&mesh, &Bvh::new(&mesh), &directions, &seen);
+    let met = meetings(&mesh, &directions, &seen);
     let direct = vectors(&mesh, &directions, &seen, 3, Reading::Corrected, Estimate::Control);
     let albedo = Vec3::new(0.25, 0.5, 1.0);
     let found = diffuse_bounces(&mesh, &directions, &met, Estimate::Control, &direct, 3, albedo, 2);
@@ -114,7 +113,7 @@ fn facing_squares_have_the_known_form_factors() {
     let mesh = Mesh::new(positions, None, triangles).unwrap();
     let directions = Directions::new(16_384);
     let seen = visibility(&mesh, &directions);
-    let met = meetings(&mesh, &Bvh::new(&mesh), &directions, &seen);
+    let met = meetings(&mesh, &directions, &seen);
     let upper: Vec<f32> = (0..2 * count).map(|vertex| if vertex < count { 0.0 } else { 1.0 }).collect();
     let found = gather(&mesh, &directions, &met, Estimate::Control, &upper, 1);
     assert!(found[count..].iter().all(|factor| *factor == 0.0), "the upper square does not see itself");

@@ -21,7 +21,7 @@ fn all(mesh: &Mesh) -> (Visibility, Meetings, Vec<Result>) {
     let directions = Directions::new(100);
     let bvh = Bvh::new(mesh);
     let seen = visibility(mesh, &directions);
-    let met = meetings(mesh, &bvh, &directions, &seen);
+    let met = meetings(mesh, &directions, &seen);
     let medium = Medium::new([0.74, 0.88, 1.01], [0.032, 0.17, 0.48], 1.3, 10.0);
     let control = Estimate::Control;
     let direct = vectors(mesh, &directions, &seen, 3, Reading::Corrected, control);

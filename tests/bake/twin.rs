@@ -5,7 +5,6 @@ use bitlight::bake::{
     Directions, Estimate, Reading, brdf, diffuse_bounces, frame, glossy_bounces, matrices, meetings,
     multiple_scattering, vectors, visibility,
 };
-use bitlight::trace::Bvh;
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::medium::Medium;
 use bitlight::world::mesh::Mesh;
@@ -77,7 +76,7 @@ fn bounces() {
     let (mesh, directions) = (knot(), Directions::new(150));
     let twin = Twin::new(&mesh, &directions);
     let seen = visibility(&mesh, &directions);
-    let met = meetings(&mesh, &Bvh::new(&mesh), &directions, &seen);
+    let met = meetings(&mesh, &directions, &seen);
     let direct = vectors(&mesh, &directions, &seen, 2, Reading::Corrected, Estimate::Plain);
     let rho = Vec3::splat(0.6);
     let once = diffuse_bounces(&mesh, &directions, &met, Estimate::Plain, &direct, 2, rho, 1);

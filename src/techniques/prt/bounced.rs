@@ -4,7 +4,6 @@ use super::Frame;
 use super::visibility::read;
 use crate::bake;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
-use crate::trace::Bvh;
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -25,7 +24,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     }
     let (directions, visibility) = read(frame, inputs);
     let [direct, brdf] = ["matrices", "brdf"].map(|pass| inputs.get(&format!("prt.{pass}")).as_f32());
-    let meetings = bake::meetings(solid, &Bvh::new(solid), &directions, &visibility);
+    let meetings = bake::meetings(solid, &directions, &visibility);
     let values = bake::glossy_bounces(
         solid,
         &directions,

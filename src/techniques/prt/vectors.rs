@@ -7,7 +7,6 @@ use super::Frame;
 use super::visibility::read;
 use crate::bake::{self, Reading};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
-use crate::trace::Bvh;
 use glam::Vec3;
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -37,7 +36,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let values = if bounces == 0 {
         direct.iter().flat_map(|value| (albedo * *value).to_array()).collect()
     } else {
-        let meetings = bake::meetings(solid, &Bvh::new(solid), &directions, &visibility);
+        let meetings = bake::meetings(solid, &directions, &visibility);
         bake::diffuse_bounces(
             solid,
             &directions,
