@@ -282,6 +282,7 @@ fn a_bundle_of_parallel_rays_sees_what_single_rays_see() {
     let directions: Vec<Vec3> = axes.into_iter().chain(fibonacci).collect();
     let mut meshes = adversaries();
     meshes.push(("a knot", shapes::torus_knot(2, 3, 0.35, 96, 12).unwrap()));
+    let mut hits = 0;
     for (name, mesh) in meshes {
         // Vertices, with the normals of the mesh, and points within triangles that look both ways.
         let mut points = mesh.positions.clone();
@@ -308,7 +309,6 @@ fn a_bundle_of_parallel_rays_sees_what_single_rays_see() {
         // What some of the rays meet, seen or not.
         let wanted: Vec<u32> = found.iter().map(|bits| !bits & 0x0812_4225).collect();
         let mut met = bundle::nearest(&mesh, &points, &directions, &wanted).into_iter();
-        let mut hits = 0;
         for (p, point) in points.iter().enumerate() {
             for (d, direction) in directions.iter().enumerate() {
                 if wanted[p * words + d / 32] >> (d % 32) & 1 == 1 {
@@ -318,6 +318,7 @@ fn a_bundle_of_parallel_rays_sees_what_single_rays_see() {
                 }
             }
         }
-        assert!(met.next().is_none() && hits > 0);
+        assert!(met.next().is_none());
     }
+    assert!(hits > 10_000, "{hits}");
 }
