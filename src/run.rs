@@ -183,8 +183,8 @@ fn groups(scene: &Scene, wanted: &[&str], vertices: usize) -> Result<[u64; GROUP
     }
     bytes[largest.0] += 2 * largest.1;
     if scene.technique == Technique::Prt && scene.prt.bounces > 0 {
-        // What each blocked direction meets, at most all above the horizon.
-        bytes[PRT_DIRECTIONS] += vertices as u64 * scene.prt.directions as u64 / 2 * 16;
+        // What each blocked direction meets, at most all above the horizon: a hit, a meeting of its vertex, one of the list.
+        bytes[PRT_DIRECTIONS] += vertices as u64 * scene.prt.directions as u64 / 2 * (20 + 16 + 16);
     }
     if bytes[0] > 0 {
         // A texel's triangle, what its tile holds while it is filled, and its corner's share of solid angles.
