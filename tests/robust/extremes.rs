@@ -167,7 +167,7 @@ fn solids_of_odd_sizes() {
         (&["solid.size=1e9"], Refused(LIGHT)),  // inside
         (
             &["solid.size=1e-10"],
-            Refused("solid.size: is 0.0000000001, and takes a number of at least 0.000000001"),
+            Refused("solid.size: is 0.0000000001, and takes a number from 0.000000001 to 1e12"),
         ),
         (&["solid.size=1e13"], Refused("solid.size: is 10000000000000")),
         (

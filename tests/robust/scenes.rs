@@ -52,7 +52,7 @@ fn numbers_out_of_range_are_refused_by_line_and_key() {
         ("position = [0, 0, 1e-30]", "a.toml:6: camera.position: is the target"),
         (
             "intensity = [9, -1, 9]",
-            "a.toml:13: light[0].intensity: is [9, -1, 9], and takes three numbers of at least 0",
+            "a.toml:13: light[0].intensity: is [9, -1, 9], and takes three numbers from 0 to 1e12",
         ),
     ];
     for (line, expected) in cases {
