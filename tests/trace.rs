@@ -308,8 +308,10 @@ fn a_bundle_of_parallel_rays_sees_what_single_rays_see() {
         assert!(seen > 0);
         // What some of the rays meet, seen or not.
         let wanted: Vec<u32> = found.iter().map(|bits| !bits & 0x0812_4225).collect();
-        let mut met = bundle::nearest(&mesh, &points, &directions, &wanted).into_iter();
+        let (starts, met) = bundle::nearest(&mesh, &points, &directions, &wanted);
+        let (count, mut met) = (met.len(), met.into_iter());
         for (p, point) in points.iter().enumerate() {
+            assert_eq!(starts[p], count - met.len(), "{name}: point {p}");
             for (d, direction) in directions.iter().enumerate() {
                 if wanted[p * words + d / 32] >> (d % 32) & 1 == 1 {
                     let hit = plain(&mesh, &Ray::new(*point, *direction), true);

@@ -69,15 +69,7 @@ impl Meetings {
 /// # Panics
 /// Where `visibility` is not that of `mesh` and `directions`.
 pub fn meetings(mesh: &Mesh, directions: &Directions, visibility: &Visibility) -> Meetings {
-    let hits = bundle::nearest(mesh, &mesh.positions, &directions.rays, &visibility.blocked);
-    let count = |vertex| visibility.of(vertex).1.iter().map(|bits| bits.count_ones() as usize).sum::<usize>();
-    let starts: Vec<_> = (0..mesh.positions.len())
-        .scan(0, |next, vertex| {
-            let start = *next;
-            *next += count(vertex);
-            Some(start)
-        })
-        .collect();
+    let (starts, hits) = bundle::nearest(mesh, &mesh.positions, &directions.rays, &visibility.blocked);
     let rows = parallel::map(mesh.positions.len(), |vertex| {
         let (visible, blocked) = visibility.of(vertex);
         let mut hits = hits[starts[vertex]..].iter();

@@ -88,7 +88,7 @@ impl Arguments {
     fn sample(&self, truth: &mut Truth, state: &Path, progress: &mut Progress) -> Result<(), Error> {
         let target = self.spp.unwrap_or(u64::MAX);
         let begun = Instant::now();
-        let (mut saved, mut next) = (None::<Instant>, 1);
+        let (mut saved, mut wait, mut next) = (begun, EARLY, 1);
         let mut tell = |samples: f64, begins: bool| {
             let passed = begun.elapsed().as_secs_f64();
             let of_samples = self.spp.map_or(0.0, |spp| samples / spp as f64);
@@ -113,9 +113,9 @@ impl Arguments {
             let rate = chunk(step, pass.elapsed().as_secs_f64());
             next = u64::min(rate, u64::max((rate as f64 * left) as u64, 1));
             // What took long is not lost, were it the first sample.
-            if saved.unwrap_or(begun).elapsed() > if saved.is_some() { OFTEN } else { EARLY } {
+            if saved.elapsed() > wait {
                 truth.identity.write(state, &truth.sums)?;
-                saved = Some(Instant::now());
+                (saved, wait) = (Instant::now(), OFTEN);
             }
         }
         Ok(())

@@ -52,25 +52,32 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
 }
 
 /// Where the rays from `points` along `directions` first meet the mesh ([`super::Bvh::nearest`]), of the rays whose bits are
-/// set in `wanted`, `[points][⌈directions / 32⌉]`: for each point its set bits ascending.
+/// set in `wanted`, `[points][⌈directions / 32⌉]`: for each point its set bits ascending. Before them, where each point's
+/// begin.
 ///
 /// # Panics
 /// Where `wanted` has another length.
-pub fn nearest(mesh: &Mesh, points: &[Vec3], directions: &[Vec3], wanted: &[u32]) -> Vec<Option<Hit>> {
+pub fn nearest(
+    mesh: &Mesh,
+    points: &[Vec3],
+    directions: &[Vec3],
+    wanted: &[u32],
+) -> (Vec<usize>, Vec<Option<Hit>>) {
     let words = directions.len().div_ceil(WORD);
     assert_eq!(wanted.len(), points.len() * words, "one row of words a point");
     let bundle = Bundle::new(mesh, points, &[]);
-    // Where each point's next hit goes.
-    let mut next = Vec::with_capacity(points.len());
+    let mut starts = Vec::with_capacity(points.len());
     let mut total = 0;
     for row in 0..points.len() {
-        next.push(total);
+        starts.push(total);
         total += wanted[row * words..(row + 1) * words]
             .iter()
             .map(|bits| bits.count_ones() as usize)
             .sum::<usize>();
     }
     let mut hits = vec![None; total];
+    // Where each point's next hit goes.
+    let mut next = starts.clone();
     for (word, directions) in directions.chunks(WORD).enumerate() {
         let column: Vec<u32> =
             bundle.order.iter().map(|point| wanted[*point as usize * words + word]).collect();
@@ -89,7 +96,7 @@ pub fn nearest(mesh: &Mesh, points: &[Vec3], directions: &[Vec3], wanted: &[u32]
             next[point as usize] += 1;
         }
     }
-    hits
+    (starts, hits)
 }
 
 /// A mesh and points, in an order in which neighbours in space are neighbours in memory.

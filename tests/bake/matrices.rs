@@ -178,7 +178,7 @@ fn rows_of_sharp_lobes_are_the_integral() {
             let row = brdf::rows(&brdf, 3, &[Vec3::from_array(exit.map(|c| c as f32))]);
             let mirror = [-exit[0], -exit[1], exit[2]];
             let across = if exit[0] == 0.0 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-            let beside = cross(mirror, across);
+            let beside = bitlight_reference::vector::cross(mirror, across);
             let mut sums = [0.0; 9];
             let (rings, steps) = (2000, 96);
             for ring in 0..rings {
@@ -206,10 +206,6 @@ fn rows_of_sharp_lobes_are_the_integral() {
         }
         println!("{gloss:?}: {worst:.1e}");
     }
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// B with more and more bands gives the radiance towards an exit that a sum over the light's directions gives.
