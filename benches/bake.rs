@@ -4,13 +4,15 @@
 #![allow(clippy::disallowed_methods, reason = "a clock")]
 
 use bitlight::bake::{
-    Directions, Estimate, Reading, brdf, diffuse_bounces, gather, glossy_bounces, irradiance, matrices,
-    meetings, multiple_scattering, vectors, visibility,
+    Directions, Estimate, brdf, diffuse_bounces, gather, glossy_bounces, irradiance, matrices, meetings,
+    multiple_scattering, vectors, visibility,
 };
+use bitlight::keys::Reading;
 use bitlight::numeric::parallel::with_threads;
+use bitlight::store::file;
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::medium::Medium;
-use bitlight::world::{obj, shapes};
+use bitlight::world::shapes;
 use glam::Vec3;
 use std::hint::black_box;
 use std::time::Instant;
@@ -35,7 +37,7 @@ fn time<T>(vertices: usize, work: impl Fn() -> T) -> f64 {
 }
 
 fn table(file: Option<&str>, count: usize) {
-    let mesh = file.map_or_else(|| shapes::torus_knot(2, 3, 0.3, 400, 32), obj::read).expect("a mesh");
+    let mesh = file.map_or_else(|| shapes::torus_knot(2, 3, 0.3, 400, 32), file::read_obj).expect("a mesh");
     let directions = Directions::new(count);
     let seen = visibility(&mesh, &directions);
     let met = meetings(&mesh, &directions, &seen);

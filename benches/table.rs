@@ -84,14 +84,14 @@ struct Round {
     passes: Vec<(&'static str, Medians)>,
 }
 
-fn median(mut times: Vec<Duration>) -> f64 {
-    times.sort();
-    times[times.len() / 2].as_secs_f64() * 1e3
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2] * 1e3
 }
 
 /// The times of every frame so far in each pool: its parts by name, as [`Round`] orders them.
 #[derive(Default)]
-struct Times([Vec<Vec<(&'static str, Duration)>>; 2]);
+struct Times([Vec<Vec<(&'static str, f64)>>; 2]);
 
 impl Times {
     /// Renders frames, each in one pool and in the other, after one that does not count.
@@ -100,10 +100,10 @@ impl Times {
         for number in (0..=frames).take_while(|number| *number <= 5 || begun.elapsed() < LONGEST) {
             for (pool, times) in pools.iter().zip(&mut self.0) {
                 let frame = pool.install(|| {
-                    let mut timings = Timings::default();
+                    let mut timings = Timings::new(workload::clock);
                     let begun = Instant::now();
                     let prepared = work.render(first + number, wanted, &mut timings);
-                    let all = [("whole", begun.elapsed()), ("prepare", prepared)];
+                    let all = [("whole", begun.elapsed().as_secs_f64()), ("prepare", prepared)];
                     all.into_iter().chain(timings.passes).collect()
                 });
                 if number > 0 {
@@ -116,14 +116,13 @@ impl Times {
     /// Milliseconds that a tenth of the frames need at most in the last pool.
     fn undisturbed(&self) -> f64 {
         let mut times: Vec<_> = self.0[1].iter().map(|frame| frame[0].1).collect();
-        times.sort();
-        times[times.len() / 10].as_secs_f64() * 1e3
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 10] * 1e3
     }
 
     fn medians(&self) -> Round {
         let column = |row: usize| {
-            let of =
-                |times: &Vec<Vec<(_, Duration)>>| median(times.iter().map(|frame| frame[row].1).collect());
+            let of = |times: &Vec<Vec<(_, f64)>>| median(times.iter().map(|frame| frame[row].1).collect());
             (self.0[0][0][row].0, self.0.each_ref().map(of))
         };
         let passes = (2..self.0[0][0].len()).map(column).collect();
@@ -224,7 +223,7 @@ fn tables() -> Result<String, Error> {
 fn passes(work: &Workload, times: &Round) -> Vec<String> {
     let [shadow, faces] = [512.0 * 512.0, 6.0 * 64.0 * 64.0];
     let per = |info: &Info| match info.name {
-        "translucency.cubemap" | "translucency.shadow" | "translucency.visibility" => {
+        "translucency.cubemap" | "translucency.shadow" | "translucency.vbuffer" => {
             Some((work.triangles as f64, "a triangle"))
         }
         "translucency.transmit" | "translucency.projection" => Some((faces, "a texel")),

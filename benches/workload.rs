@@ -5,15 +5,16 @@
 
 use bitlight::Error;
 use bitlight::numeric::double::{cos, sin};
-use bitlight::pass::{Buffer, Info, Kept, Recorder, execute};
+use bitlight::pass::{Buffer, Given, Info, Kept, Recorder, execute};
 use bitlight::raster::NONE;
 use bitlight::run::Loaded;
 use bitlight::scene::{Assets, Scene, Source};
-use bitlight::techniques::translucency::{Frame, PASSES};
+use bitlight::techniques::translucency::{Frame, PASSES, Settings};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::f64::consts::TAU;
 use std::hint::black_box;
-use std::time::{Duration, Instant};
+use std::sync::LazyLock;
+use std::time::Instant;
 
 /// What a whole frame asks for.
 pub(crate) const FINAL: &str = "translucency.final";
@@ -98,7 +99,7 @@ pub(crate) fn side(side: usize) -> Vec<String> {
 
 /// The bunny, or the knot where there are no assets.
 pub(crate) fn first(assets: &Assets) -> Model {
-    if assets.0.is_some() { BUNNY } else { KNOT }
+    if *assets == Assets::None { KNOT } else { BUNNY }
 }
 
 /// Frames that are one round of the camera, the light and the wave.
@@ -136,33 +137,40 @@ impl Workload {
         for number in 0..frames {
             let frame = workload.prepare(number)?;
             let mut kept = Kept::default();
-            execute(&PASSES, &frame, &["translucency.visibility"], &mut kept)?;
-            let seen = kept.get("translucency.visibility").map(Buffer::as_u32).unwrap_or_default();
+            execute(&PASSES, &frame, &["translucency.vbuffer"], Given::new(), &mut kept)?;
+            let seen = kept.get("translucency.vbuffer").map(Buffer::as_u32).unwrap_or_default();
             let covered = seen.iter().filter(|triangle| **triangle != NONE).count();
             let share = covered as f64 / workload.pixels as f64;
             assert!(share >= 0.4, "frame {number} of {} covers {share:.3} of the image", model.name);
             workload.covered += covered as f64 / frames as f64;
-            workload.triangles = frame.solid.triangles.len();
+            workload.triangles = frame.stage.solid.triangles.len();
         }
         Ok(workload)
     }
 
     /// Prepares a frame, counting round and round: deforms the solid, finds its box and its normals, sets up the views.
     pub(crate) fn prepare(&self, number: usize) -> Result<Frame, Error> {
-        self.loaded.translucency(&self.scenes[number % self.scenes.len()])
+        let scene = &self.scenes[number % self.scenes.len()];
+        Frame::new(self.loaded.stage(scene)?, Settings::read(&scene.values))
     }
 
     /// Prepares and renders a frame; how long preparing took.
     ///
     /// # Panics
     /// On any error.
-    pub(crate) fn render(&self, number: usize, wanted: &str, recorder: &mut dyn Recorder) -> Duration {
-        let begun = Instant::now();
+    pub(crate) fn render(&self, number: usize, wanted: &str, recorder: &mut dyn Recorder) -> f64 {
+        let begun = clock();
         let frame = self.prepare(number).unwrap_or_else(|error| panic!("{error}"));
-        let prepared = begun.elapsed();
-        execute(&PASSES, &frame, &[wanted], recorder).unwrap_or_else(|error| panic!("{error}"));
+        let prepared = clock() - begun;
+        execute(&PASSES, &frame, &[wanted], Given::new(), recorder).unwrap_or_else(|error| panic!("{error}"));
         prepared
     }
+}
+
+/// Seconds since somebody asked first.
+pub(crate) fn clock() -> f64 {
+    static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    BEGUN.elapsed().as_secs_f64()
 }
 
 /// The scene at a time within a round, 0 to 1: each place of camera, light and wave is another.

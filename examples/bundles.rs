@@ -6,9 +6,10 @@
 use bitlight::Error;
 use bitlight::numeric::parallel;
 use bitlight::sphere::quadrature::fibonacci;
+use bitlight::store::file;
 use bitlight::trace::bundle::visibility;
 use bitlight::world::mesh::Mesh;
-use bitlight::world::{obj, shapes};
+use bitlight::world::shapes;
 use glam::Vec3;
 use std::time::Instant;
 
@@ -52,7 +53,7 @@ fn main() -> Result<(), Error> {
     println!("|---|---|---|---|---|---|---|");
     // The largest last: memory is counted by its peak.
     if let Some(assets) = std::env::var_os("BITLIGHT_ASSETS") {
-        let bunny = obj::read(std::path::Path::new(&assets).join("stanford/stanford-bunny.obj"))?;
+        let bunny = file::read_obj(std::path::Path::new(&assets).join("stanford/stanford-bunny.obj"))?;
         for count in [64, 256, 1024] {
             row("bunny", &bunny, count)?;
         }

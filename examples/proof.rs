@@ -10,7 +10,8 @@
 
 use bitlight::compare::{Golden, Verdict};
 use bitlight::pass::Digests;
-use bitlight::scene::{Assets, Scene, files};
+use bitlight::scene::{Assets, Scene};
+use bitlight::store::file;
 use bitlight::{Error, run};
 use std::path::Path;
 use std::process::ExitCode;
@@ -50,7 +51,7 @@ fn prove() -> Result<bool, Error> {
     let (golden, assets) = (Path::new("golden"), Assets::default());
     let (mut scenes, mut passes, mut same) = (0, 0, true);
     let mut digest = blake3::Hasher::new();
-    for file in files(Path::new("scenes"))? {
+    for file in file::below(Path::new("scenes"), "toml")? {
         let Some(manifest) = Golden::read(golden, &file)? else { continue };
         let scene = Scene::read(&file, &manifest.set)?;
         if !scene.assets().is_empty() {
@@ -73,7 +74,7 @@ fn prove() -> Result<bool, Error> {
         same &= matches!(verdict, Verdict::Same(_));
 
         let mut rendered = Digests::default();
-        run::render(&scene, &assets, &run::wanted(scene.technique, "all")?, &mut rendered)?;
+        run::render(&scene, &assets, &scene.technique.wanted("all")?, &mut rendered)?;
         for pass in &rendered.0 {
             digest.update(pass.digest.as_bytes());
         }

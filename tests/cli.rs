@@ -1,7 +1,8 @@
 //! The command as a person meets it: files, exit status, messages.
 #![cfg(feature = "cli")]
 
-use bitlight::scene::Technique;
+use bitlight::store::file;
+use bitlight::techniques::{self, translucency};
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -65,7 +66,7 @@ fn render_writes_what_it_says_and_runs_no_more_than_needed() {
     assert_eq!(report["passes"][0]["digest"].as_str().unwrap().len(), 64);
     assert!(report["passes"][0]["seconds"].as_f64().unwrap() >= 0.0);
     assert_eq!((&report["scene"], &report["settings"]["translucency.shadow"]), (&KNOT.into(), &32.into()));
-    let layers = bitlight::pass::exr::read(&Path::new(&out).join("knot.exr")).unwrap();
+    let layers = file::read_exr(&Path::new(&out).join("knot.exr")).unwrap();
     let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();
     assert_eq!(names, ["translucency.shadow.caster0", "translucency.blur.caster0"]);
 }
@@ -78,12 +79,12 @@ fn all_passes_come_as_exr_npy_png_and_json() {
     for line in stdout(&output).lines().filter(|line| !line.ends_with("in passes")) {
         assert!(Path::new(line).is_file(), "{line} was announced");
     }
-    let known: Vec<_> = bitlight::run::passes_of(Technique::Translucency).map(|info| info.name).collect();
+    let known: Vec<_> = translucency::TECHNIQUE.passes.iter().map(|info| info.name).collect();
     assert_eq!(passes(&report(&out)), known);
     let file = |name: &str| Path::new(&out).join(name);
-    let matrices = bitlight::pass::npy::read(&file("knot.translucency.matrices.npy")).unwrap();
+    let matrices = file::read_npy(&file("knot.translucency.matrices.npy")).unwrap();
     assert_eq!(matrices.shape, [2, 3, 4, 4]);
-    let layers = bitlight::pass::exr::read(&file("knot.exr")).unwrap();
+    let layers = file::read_exr(&file("knot.exr")).unwrap();
     assert_eq!(layers[0].name, "translucency.final", "viewers show the first part");
     assert!(file("knot.png").is_file() && file("knot.passes.png").is_file());
 }
@@ -92,11 +93,13 @@ fn all_passes_come_as_exr_npy_png_and_json() {
 fn the_default_is_the_picture_and_leaves_out_nothing_that_it_needs() {
     let (_keep, out) = folder();
     assert!(render(&out, &[]).status.success());
-    let layers = bitlight::pass::exr::read(&Path::new(&out).join("knot.exr")).unwrap();
+    let layers = file::read_exr(&Path::new(&out).join("knot.exr")).unwrap();
     assert_eq!(layers.len(), 1);
     let report = report(&out);
     let ran = passes(&report);
-    let idle: Vec<_> = bitlight::run::passes_of(Technique::Translucency)
+    let idle: Vec<_> = translucency::TECHNIQUE
+        .passes
+        .iter()
         .map(|info| info.name)
         .filter(|name| !ran.contains(name))
         .collect();
@@ -242,13 +245,13 @@ fn verify_passes_a_golden_and_names_the_first_pixel_of_a_fault() {
 
     // One value of one pixel in the kept pixels, and its digest in the manifest, as if the code had changed.
     let exr = format!("{golden}/knot/passes.exr");
-    let mut layers = bitlight::pass::exr::read(Path::new(&exr)).unwrap();
+    let mut layers = file::read_exr(Path::new(&exr)).unwrap();
     let blur = layers.iter_mut().find(|layer| layer.name == "translucency.blur.caster0").unwrap();
     let bitlight::pass::Data::F32(values) = &mut blur.channels[0].data else { panic!() };
     let at = values.iter().position(|value| *value > 0.0).unwrap();
     values[at] = values[at].next_up();
     let place = format!("pixel ({}, {})", at % 32, at / 32);
-    bitlight::pass::exr::write(Path::new(&exr), &layers).unwrap();
+    file::write_exr(Path::new(&exr), &layers).unwrap();
     let manifest = format!("{golden}/knot.json");
     let mut json: Json = serde_json::from_slice(&std::fs::read(&manifest).unwrap()).unwrap();
     for pass in json["passes"].as_array_mut().unwrap() {
@@ -305,12 +308,12 @@ fn a_scene_without_its_asset_is_reported_as_skipped() {
 
 /// A file with one layer of four pixels.
 fn four(path: &str, layer: &str, channels: &[(&str, [f32; 4])]) {
-    use bitlight::pass::{Channel, Data, Layer, exr};
+    use bitlight::pass::{Channel, Data, Layer};
     let channels = channels
         .iter()
         .map(|(name, values)| Channel { name: (*name).into(), data: Data::F32(values.to_vec()) });
     let layer = Layer { name: layer.into(), width: 4, height: 1, channels: channels.collect() };
-    exr::write(Path::new(path), &[layer]).unwrap();
+    file::write_exr(Path::new(path), &[layer]).unwrap();
 }
 
 #[test]
@@ -381,7 +384,7 @@ fn figures_say_what_they_need() {
 #[test]
 fn passes_lists_every_pass_with_its_equation() {
     let text = stdout(&bitlight(&["passes"]));
-    for info in bitlight::run::passes() {
+    for info in techniques::ALL.iter().flat_map(|technique| technique.passes) {
         assert!(text.contains(info.name) && text.contains(info.equation), "{}", info.name);
     }
     assert!(!stdout(&bitlight(&["passes", "prt"])).contains("translucency."));
@@ -391,7 +394,7 @@ fn passes_lists_every_pass_with_its_equation() {
 fn init_writes_a_scene_that_renders() {
     let (_keep, base) = folder();
     let scene = format!("{base}/mine.toml");
-    for technique in bitlight::scene::keys::TECHNIQUES {
+    for technique in techniques::ALL.iter().map(|technique| technique.name) {
         std::fs::write(&scene, bitlight(&["init", technique]).stdout).unwrap();
         let output = bitlight(&[&["render", &scene, "-o", &base, "--passes", "all"], &SMALL[..]].concat());
         assert!(output.status.success(), "{}", stderr(&output));
@@ -403,7 +406,7 @@ fn info_describes_an_image() {
     let (_keep, out) = folder();
     render(&out, &["--passes", "visibility"]);
     let text = stdout(&bitlight(&["info", &format!("{out}/knot.exr")]));
-    assert!(text.contains("translucency.visibility (24 x 16)") && text.contains("u32"), "{text}");
+    assert!(text.contains("translucency.vbuffer (24 x 16)") && text.contains("u32"), "{text}");
     assert_eq!(bitlight(&["info", "Cargo.toml"]).status.code(), Some(2));
 }
 

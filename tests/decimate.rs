@@ -1,13 +1,14 @@
 //! Decimation against what must hold of any surface with fewer triangles. Everything is counted and measured here
 //! from positions alone, by none of the code that decimates.
 
+use bitlight::store::file;
 use std::collections::BTreeMap;
 use std::io::Write;
 
 use bitlight::numeric::order::{max, min};
 use bitlight::world::decimate::decimate;
 use bitlight::world::mesh::Mesh;
-use bitlight::world::{obj, shapes};
+use bitlight::world::shapes;
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
@@ -399,7 +400,7 @@ fn asset(name: &str) -> Option<Mesh> {
         writeln!(screen, "skipped the test of {name}: BITLIGHT_ASSETS does not lead to it").unwrap();
         return None;
     };
-    Some(obj::read(path).unwrap())
+    Some(file::read_obj(path).unwrap())
 }
 
 /// Surface and volume keep to `part`, and a sample of the vertices is near to what was there.

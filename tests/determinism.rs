@@ -3,14 +3,15 @@
 
 use bitlight::compare::{Golden, Verdict};
 use bitlight::numeric::parallel::with_threads;
-use bitlight::scene::{Assets, Scene, files};
+use bitlight::scene::{Assets, Scene};
+use bitlight::store::file;
 use std::path::Path;
 
 #[test]
 fn every_asset_free_scene_has_its_golden_bits_with_1_2_3_and_7_threads() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut verified = 0;
-    for scene in files(&root.join("scenes")).unwrap() {
+    for scene in file::below(&root.join("scenes"), "toml").unwrap() {
         let read = Scene::read(&scene, &[]).unwrap();
         if !read.assets().is_empty() {
             continue;
@@ -18,7 +19,7 @@ fn every_asset_free_scene_has_its_golden_bits_with_1_2_3_and_7_threads() {
         for threads in [1, 2, 3, 7] {
             let verdict =
                 with_threads(threads, || Golden::verify(&root.join("golden"), &scene, &Assets::default()));
-            let all = bitlight::run::passes_of(read.technique).count();
+            let all = read.technique.passes.len();
             assert_eq!(
                 verdict.unwrap().unwrap(),
                 Verdict::Same(all),

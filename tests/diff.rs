@@ -1,7 +1,8 @@
 //! `bitlight diff` as a person meets it: the comparator itself, tested with injected faults.
 #![cfg(feature = "cli")]
 
-use bitlight::pass::{Buffer, Channel, Data, Layer, exr, npy};
+use bitlight::pass::{Buffer, Channel, Data, Layer};
+use bitlight::store::file;
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -46,9 +47,9 @@ fn dumps() -> (tempfile::TempDir, PathBuf, PathBuf) {
 
 /// Changes the layers of an EXR file.
 fn change(file: &Path, change: impl FnOnce(&mut Vec<Layer>)) {
-    let mut layers = exr::read(file).unwrap();
+    let mut layers = file::read_exr(file).unwrap();
     change(&mut layers);
-    exr::write(file, &layers).unwrap();
+    file::write_exr(file, &layers).unwrap();
 }
 
 /// The values of a channel.
@@ -127,13 +128,13 @@ fn one_last_place_in_one_pixel_is_found_there_and_in_its_pass() {
 fn an_array_names_its_indices_and_a_file_in_one_folder_is_a_difference() {
     let (_keep, a, b) = dumps();
     let path = b.join("knot.translucency.matrices.npy");
-    let mut array = npy::read(&path).unwrap();
+    let mut array = file::read_npy(&path).unwrap();
     assert_eq!(array.shape, [2, 3, 4, 4]);
     let Data::F32(values) = &mut array.data else { panic!() };
     values[48 + 16 + 2 * 4 + 3] += 0.5;
-    npy::write(&path, &array).unwrap();
+    file::write_npy(&path, &array).unwrap();
     std::fs::remove_file(b.join("knot.translucency.projection.npy")).unwrap();
-    npy::write(&b.join("more.npy"), &Buffer::f32(&[1], vec![0.0])).unwrap();
+    file::write_npy(&b.join("more.npy"), &Buffer::f32(&[1], vec![0.0])).unwrap();
     let (status, out, _) = diff(&a, &b, &[]);
     assert_eq!(status, Some(1));
     assert!(
@@ -144,9 +145,9 @@ fn an_array_names_its_indices_and_a_file_in_one_folder_is_a_difference() {
     assert!(out.contains("only in B more.npy"), "{out}");
     assert!(out.ends_with(" 3 not; translucency.matrices diverges first\n"), "{out}");
     let flat = Buffer::f32(&[6, 4, 4], array.as_f32().to_vec());
-    npy::write(&path, &Buffer::f32(&[6, 16], array.as_f32().to_vec())).unwrap();
+    file::write_npy(&path, &Buffer::f32(&[6, 16], array.as_f32().to_vec())).unwrap();
     let other = b.join("flat.npy");
-    npy::write(&other, &flat).unwrap();
+    file::write_npy(&other, &flat).unwrap();
     let (status, out, _) = diff(&other, &path, &[]);
     assert_eq!(status, Some(1));
     assert!(out.contains("an array of shape [6, 4, 4] in A, an array of shape [6, 16] in B"), "{out}");
@@ -161,7 +162,7 @@ fn other_sizes_channels_types_and_layers_are_differences_and_named() {
             "translucency.direct.light0",
             "translucency.final",
             "translucency.gbuffer",
-            "translucency.visibility",
+            "translucency.vbuffer",
         ]
         .map(find);
         let picture = &mut layers[size];
@@ -178,7 +179,7 @@ fn other_sizes_channels_types_and_layers_are_differences_and_named() {
         "mismatch  translucency.direct.light0: 24 x 16 in A, 16 x 24 in B",
         "mismatch  translucency.final: channels B G R in A, A G R in B",
         "mismatch  translucency.gbuffer: channel depth is f32 in A, u32 in B",
-        "only in A translucency.visibility",
+        "only in A translucency.vbuffer",
         "only in B mine",
     ] {
         assert!(out.lines().any(|found| found == line), "{line}\n{out}");
@@ -210,8 +211,8 @@ fn a_nan_of_a_foreign_dump_differs_and_is_counted() {
     let base = tempfile::tempdir().unwrap();
     let [a, b] = ["a.exr", "b.exr"].map(|name| base.path().join(name));
     let colour = |r: [f32; 4]| single("t", &[("R", r.to_vec()), ("G", vec![1.0; 4])]);
-    exr::write(&a, &[colour([0.0, 1.0, 2.0, 3.0])]).unwrap();
-    exr::write(&b, &[colour([0.0, 1.0, f32::NAN, f32::INFINITY])]).unwrap();
+    file::write_exr(&a, &[colour([0.0, 1.0, 2.0, 3.0])]).unwrap();
+    file::write_exr(&b, &[colour([0.0, 1.0, f32::NAN, f32::INFINITY])]).unwrap();
     let (status, out, _) = diff(&a, &b, &["--tolerance", "9", "-o", base.path().to_str().unwrap()]);
     assert_eq!(status, Some(1));
     assert!(
@@ -235,13 +236,13 @@ fn a_foreign_file_without_names_is_paired_and_the_order_of_channels_does_not_mat
     let base = tempfile::tempdir().unwrap();
     let [a, b] = ["a.exr", "b.exr"].map(|name| base.path().join(name));
     let (red, green) = (("R", vec![1.0, 2.0, 3.0, -0.0]), ("G", vec![5.0; 4]));
-    exr::write(&a, &[single("translucency.final", &[red.clone(), green.clone()])]).unwrap();
-    exr::write(&b, &[single("", &[green, ("R", vec![1.0, 2.0, 3.0, 0.0])])]).unwrap();
+    file::write_exr(&a, &[single("translucency.final", &[red.clone(), green.clone()])]).unwrap();
+    file::write_exr(&b, &[single("", &[green, ("R", vec![1.0, 2.0, 3.0, 0.0])])]).unwrap();
     for (a, b) in [(&a, &b), (&b, &a)] {
         let (status, out, _) = diff(a, b, &[]);
         assert!(status == Some(0) && out.contains("same      translucency.final\n"), "{out}");
     }
-    exr::write(&a, &[single("t.a", std::slice::from_ref(&red)), single("t.b", &[red])]).unwrap();
+    file::write_exr(&a, &[single("t.a", std::slice::from_ref(&red)), single("t.b", &[red])]).unwrap();
     let (status, out, _) = diff(&a, &b, &[]);
     assert_eq!(
         (status, out.matches("only in").count()),

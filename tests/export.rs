@@ -2,7 +2,8 @@
 //! passes that `bitlight render` recorded. What the files say of conventions is read, not assumed: a wrong word is red.
 #![cfg(feature = "cli")]
 
-use bitlight::pass::{Data, exr};
+use bitlight::pass::Data;
+use bitlight::store::file;
 use bitlight_reference::geometry::{Triangle, interpolate, interpolate_normal, nearest_hit};
 use bitlight_reference::translucency::cube::{Aabb, rectangle_solid_angle};
 use bitlight_reference::translucency::dipole::Medium;
@@ -109,7 +110,7 @@ static FRAME: LazyLock<Frame> = LazyLock::new(|| {
         Data::F32(values) => values.iter().map(|value| f64::from(*value)).collect(),
         Data::U32(values) => values.iter().map(|value| f64::from(*value)).collect(),
     };
-    let layers = exr::read(&file("exr")).unwrap().into_iter();
+    let layers = file::read_exr(&file("exr")).unwrap().into_iter();
     let passes = layers
         .map(|layer| {
             let channels =

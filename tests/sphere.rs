@@ -5,6 +5,7 @@ use bitlight::numeric::double::{cos, sin};
 use bitlight::sphere::environment::LatLong;
 use bitlight::sphere::probes::PROBES;
 use bitlight::sphere::{irradiance, quadrature, sh};
+use bitlight::store::file;
 use bitlight_reference::{sh as reference, translucency};
 use glam::Vec3;
 use std::f64::consts::PI;
@@ -167,7 +168,7 @@ fn projection_is_the_plain_sum() {
 #[test]
 fn grace_projects_as_the_plain_sum() {
     let Some(path) = asset("envmaps/grace.hdr") else { return };
-    let map = LatLong::read_hdr(path).unwrap();
+    let map = file::read_hdr(path).unwrap();
     assert_eq!((map.width(), map.height()), (256, 128));
     assert_projects_as_the_plain_sum(&map, 5);
 }
@@ -176,7 +177,7 @@ fn grace_projects_as_the_plain_sum() {
 #[test]
 fn texel_centres_cost_what_is_stated() {
     let Some(path) = asset("envmaps/grace.hdr") else { return };
-    let map = LatLong::read_hdr(path).unwrap();
+    let map = file::read_hdr(path).unwrap();
     let (width, height) = (8 * map.width(), 8 * map.height());
     let split = (0..width * height).map(|i| map.texels()[i / width / 8 * map.width() + i % width / 8]);
     let exact = LatLong::new(width, height, split.collect()).unwrap().project(6);

@@ -3,10 +3,11 @@
 #![allow(clippy::print_stdout, reason = "figures of a test")]
 
 use bitlight::numeric::{parallel, random::unit};
+use bitlight::store::file;
 use bitlight::trace::{Bvh, Hit, Ray, bundle};
 use bitlight::world::deform::Wave;
 use bitlight::world::mesh::Mesh;
-use bitlight::world::{obj, shapes};
+use bitlight::world::shapes;
 use glam::Vec3;
 use std::io::Write;
 
@@ -215,7 +216,8 @@ fn assets_agree(count: u64) {
         return;
     };
     for name in ["stanford-bunny", "armadillo", "buddha"] {
-        let mesh = obj::read(std::path::Path::new(&assets).join(format!("stanford/{name}.obj"))).unwrap();
+        let mesh =
+            file::read_obj(std::path::Path::new(&assets).join(format!("stanford/{name}.obj"))).unwrap();
         let [hits, _] = compare(name, &mesh, &Bvh::new(&mesh), count);
         println!("{name}: {hits} of {count} rays hit");
         assert!(hits * 2 > count, "{name}: {hits} of {count} rays hit");

@@ -1,5 +1,6 @@
 //! The OBJ reader against garbage, against a plainer reader, and on real models.
 
+use bitlight::store::file;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -101,7 +102,7 @@ fn skip(name: &str, why: &str) -> Option<PathBuf> {
 /// Reads a model, holds the place of every corner against what a reader of the plainest files sees, and returns
 /// its facts.
 fn read(path: &PathBuf) -> Facts {
-    let mesh = obj::read(path).unwrap();
+    let mesh = file::read_obj(path).unwrap();
     check(&mesh);
     let (mut positions, mut corners) = (Vec::new(), Vec::new());
     for line in std::fs::read_to_string(path).unwrap().lines() {

@@ -1,13 +1,14 @@
 //! Diffuse transfer vectors without interreflection: Nowrouzezahrai et al. 2007, §3 (errata L1).
 
 use super::project::project;
-use super::{Directions, Estimate, Reading, Visibility};
+use super::{Directions, Estimate, Visibility};
+use crate::keys::Reading;
 use crate::world::medium::Medium;
 use crate::world::mesh::Mesh;
 use std::f64::consts::FRAC_1_PI;
 
 /// The transfer vector of every vertex for albedo 1, `[vertices][bands²]`, order l² + l + m: T·L is the radiance that a
-/// white diffuse surface sends out in light L. Under [`Reading::Printed`] it lacks cosine and 1/π.
+/// white diffuse surface sends out in light L. Under [`Reading::Paper`] it lacks cosine and 1/π.
 ///
 /// # Panics
 /// Where `bands` exceeds [`crate::sphere::sh::MAX_BANDS`], or `visibility` is not that of `mesh` and `directions`.
@@ -23,7 +24,7 @@ pub fn vectors(
         Reading::Corrected => {
             weighted(mesh, directions, visibility, bands, estimate, |cosine| cosine * FRAC_1_PI)
         }
-        Reading::Printed => weighted(mesh, directions, visibility, bands, estimate, |_| 1.0),
+        Reading::Paper => weighted(mesh, directions, visibility, bands, estimate, |_| 1.0),
     }
 }
 

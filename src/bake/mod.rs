@@ -33,7 +33,6 @@ mod matrix;
 mod project;
 mod scatter;
 mod single;
-pub mod store;
 mod triple;
 mod visibility;
 
@@ -84,15 +83,6 @@ impl Directions {
     pub fn weight(&self) -> f64 {
         4.0 * PI / self.count() as f64
     }
-}
-
-/// What a transfer vector is taken to be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reading {
-    /// (1/π) ∫ V max(0, n·ω) y dω, to be multiplied by the albedo ρ: the rendering equation (errata L1).
-    Corrected,
-    /// ∫ V y dω over the hemisphere, the letter of Nowrouzezahrai et al. 2007, §3: neither cosine nor 1/π.
-    Printed,
 }
 
 /// How the integrals over directions are estimated.

@@ -2,40 +2,46 @@
 
 use super::progress::Progress;
 use super::render::frames;
-use super::{AssetFolder, print};
-use crate::bake::store::{self, Manifest, Store};
-use crate::numeric::parallel;
-use crate::pass::{Buffer, Info, Recorder};
-use crate::scene::Scene;
-use crate::{Error, run};
+use super::{Common, clock, print};
+use crate::Error;
+use crate::run::bake::{self, Step};
+use crate::store::{self, Manifest};
+use crate::techniques::ALL;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Instant;
 
-/// The most poses of one call, as of `prt.poses`: each is looked for in the store first.
-const MAX_POSES: usize = 100_000;
+fn help() -> String {
+    let bakes = ALL.iter().filter_map(|technique| Some((technique, technique.bake?)));
+    let mut files = String::new();
+    for (technique, bake) in bakes.clone() {
+        for info in technique.passes.iter().filter(|info| bake.passes.contains(&info.name)) {
+            let axes = info.axes.iter().map(|axis| axis.label()).collect::<Vec<_>>().join(", ");
+            files += &format!("  STORE/pose.000K.{:<18} [{axes}]\n", format!("{}.npy", info.short()));
+        }
+    }
+    let scene = bakes.map(|(technique, _)| technique.scene).next().unwrap_or_default();
+    format!(
+        "Writes, for each pose K, pose K being frame K of the scene, those of these files that the scene's surface and \
+         settings need:\n{files}  STORE/manifest.json             what was baked, and every file's shape, type and \
+         digest\n\n\
+         A bake that was stopped, however, goes on behind the last finished pose. Several processes may bake poses of \
+         one store, also at the same time; the bytes do not depend on it.\n\n\
+         Examples:\n  bitlight bake {scene} -o store\n  bitlight bake {scene} -o store --poses 8..16\n  \
+         bitlight bake --check store"
+    )
+}
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Writes, for each pose K, pose K being frame K of the scene:\n  \
-    STORE/pose.000K.visibility.npy  [vertices, words] u32: a bit a direction, the lowest first\n  \
-    STORE/pose.000K.vectors.npy     [vertices, n2, 3]: transfer vectors of a diffuse surface\n  \
-    STORE/pose.000K.matrices.npy    [vertices, n2, n2]: transfer matrices of one with a highlight\n  \
-    STORE/pose.000K.bounced.npy     [vertices, n2, n2, 3]: in their place, where light bounces\n  \
-    STORE/pose.000K.scattered.npy   [vertices, n2, 3]: what was scattered in the solid, with prt.subsurface\n  \
-    STORE/manifest.json             what was baked, and every file's shape, type and digest\n\n\
-    A bake that was stopped, however, goes on behind the last finished pose. Several processes may bake poses of one \
-    store, also at the same time; the bytes do not depend on it.\n\n\
-    Examples:\n  bitlight bake scenes/prt/bend.toml -o store\n  \
-    bitlight bake scenes/prt/bend.toml -o store --poses 8..16\n  bitlight bake --check store")]
+#[command(after_help = help())]
 pub(super) struct Arguments {
-    /// The scene, of the technique prt
+    /// The scene, of a technique that bakes
     #[arg(required_unless_present = "check")]
     scene: Option<PathBuf>,
     /// Folder of the store; made if it is not there
     #[arg(short, long, value_name = "STORE", required_unless_present = "check")]
     out: Option<PathBuf>,
-    /// Poses A up to B, B left out [default: all, which is 0..N of the scene's prt.poses = N]
+    /// Poses A up to B, B left out [default: all that the scene has]
     #[arg(long, value_name = "A..B", value_parser = frames)]
     poses: Option<Range<u32>>,
     /// Bake poses again whose files are missing or damaged
@@ -44,14 +50,8 @@ pub(super) struct Arguments {
     /// Verify every file of a store instead
     #[arg(long, value_name = "STORE", conflicts_with_all = ["scene", "out", "poses", "repair", "set"])]
     check: Option<PathBuf>,
-    /// Threads to use; 0 for one a core. The bits do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
     #[command(flatten)]
-    folder: AssetFolder,
-    /// Override a key of the scene, such as prt.bands=6; may be repeated
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    common: Common,
 }
 
 impl Arguments {
@@ -61,78 +61,53 @@ impl Arguments {
                 let manifest = store::check(folder)?;
                 print(&format!("{}: ok, {}\n", folder.display(), summary(&manifest)))?;
             }
-            (None, Some(scene), Some(out)) => self.bake(&Scene::read(scene, &self.set)?, out)?,
+            (None, Some(scene), Some(out)) => self.common.run(|| self.bake(scene, out))?,
             _ => return Err(Error::new("no scene and store are named").remedy("see `bitlight bake --help`")),
         }
         Ok(ExitCode::SUCCESS)
     }
 
-    fn bake(&self, scene: &Scene, out: &PathBuf) -> Result<(), Error> {
-        let wanted = run::stored(scene)?;
-        let poses = self.poses.clone().unwrap_or(0..scene.prt.poses as u32);
-        if poses.len() > MAX_POSES {
-            return Err(Error::new(format!("--poses asks for {} poses, over {MAX_POSES}", poses.len()))
-                .remedy("bake them in parts"));
-        }
-        let mut progress = Progress::new(poses.len());
-        progress.say("loading");
-        let loaded = parallel::with_threads(self.threads, || {
-            run::Loaded::new(scene, &self.folder.assets(), &wanted)
-        })??;
-        let store = Store::open(out, run::baked_from(scene, &loaded))?;
-        progress.say("verifying what is there");
-        let missing = store.missing(poses.clone(), self.repair)?;
-        for _ in missing.len()..poses.len() {
-            progress.step();
-        }
-        let begun = Instant::now();
-        for (done, pose) in missing.iter().enumerate() {
-            let passed = begun.elapsed().as_secs_f64();
-            let left = match done {
-                0 => String::new(),
-                _ => format!(" {:.0} s left,", passed / done as f64 * (missing.len() - done) as f64),
-            };
-            let mut passes = Passes { progress: &mut progress, pose: *pose, left };
-            let chunks =
-                parallel::with_threads(self.threads, || run::bake(scene, &loaded, *pose, &mut passes))?
-                    .map_err(|error| Error { what: format!("pose {pose}: {}", error.what), ..error })?;
-            let short = |name: &'static str| name.split_once('.').map_or(name, |(_, short)| short);
-            let named: Vec<_> = chunks.iter().map(|(name, buffer)| (short(name), buffer)).collect();
-            store.put(*pose, &named)?;
-            let seconds = begun.elapsed().as_secs_f64() - passed;
-            progress.aside(|| print(&format!("pose {pose}: {seconds:.2} s\n")))?;
-            progress.step();
-        }
+    fn bake(&self, scene: &Path, out: &Path) -> Result<(), Error> {
+        let scene = self.common.scene(scene)?;
+        let mut progress = Progress::new(0);
+        let (mut begun, mut last, mut done, mut all) = (clock(), clock(), 0, 0);
+        let mut told = |step: Step<'_>| {
+            match step {
+                Step::Loading => progress.say("loading"),
+                Step::Verifying => progress.say("verifying what is there"),
+                Step::Found(there, missing) => {
+                    progress.count(there + missing, there);
+                    (begun, all) = (clock(), missing);
+                    last = begun;
+                }
+                Step::Pass(pose, info) => {
+                    let left = match done {
+                        0 => String::new(),
+                        _ => format!(" {:.0} s left,", (last - begun) / done as f64 * (all - done) as f64),
+                    };
+                    progress.say(&format!("pose {pose},{left} {}", info.name));
+                }
+                Step::Stored(pose) => {
+                    let seconds = clock() - last;
+                    (last, done) = (last + seconds, done + 1);
+                    progress.aside(|| print(&format!("pose {pose}: {seconds:.2} s\n")))?;
+                    progress.step();
+                }
+            }
+            Ok(())
+        };
+        let baked =
+            bake::bake(&scene, &self.common.assets(), out, self.poses.clone(), self.repair, &mut told)?;
         drop(progress);
-        let there = poses.len() - missing.len();
-        let already = if there > 0 { format!(", {there} were there") } else { String::new() };
-        let manifest = Manifest::read(out)?
-            .ok_or_else(|| Error::new("has lost its manifest").file(out).remedy("bake it again"))?;
-        print(&format!("{}: {} baked{already}; {}\n", out.display(), missing.len(), summary(&manifest)))
-    }
-}
-
-/// Says which pass of a pose is being computed.
-struct Passes<'a> {
-    progress: &'a mut Progress,
-    pose: u32,
-    left: String,
-}
-
-impl Recorder for Passes<'_> {
-    fn begin(&mut self, pass: &Info) {
-        self.progress.say(&format!("pose {},{} {}", self.pose, self.left, pass.name));
-    }
-
-    fn record(&mut self, _: &Info, _: bool, _: &Buffer) -> Result<(), Error> {
-        Ok(())
+        let there = if baked.there > 0 { format!(", {} were there", baked.there) } else { String::new() };
+        print(&format!("{}: {} baked{there}; {}\n", out.display(), baked.baked, summary(&baked.manifest)))
     }
 }
 
 /// How much a store has, and the digest of it all.
 fn summary(manifest: &Manifest) -> String {
-    let chunks: Vec<_> = manifest.poses.values().flatten().collect();
+    let chunks: Vec<_> = manifest.entries.values().flatten().collect();
     let bytes: usize = chunks.iter().map(|chunk| 4 * chunk.shape.iter().product::<usize>()).sum();
-    let (poses, mib) = (manifest.poses.len(), bytes as f64 / f64::from(1 << 20));
-    format!("{poses} poses, {} files, {mib:.1} MiB, digest {}", chunks.len(), manifest.digest())
+    let (entries, mib) = (manifest.entries.len(), bytes as f64 / f64::from(1 << 20));
+    format!("{entries} poses, {} files, {mib:.1} MiB, digest {}", chunks.len(), manifest.digest())
 }

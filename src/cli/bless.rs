@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "The only way to change a golden. Which passes changed, when and why is added to \
-    GOLDEN/.../SCENE.history.\n\nExample:\n  bitlight bless scenes/translucency/knot.toml \
-    --reason \"blur: the kernel is centred (T6)\"")]
+#[command(after_help = format!("The only way to change a golden. Which passes changed, when and why is added to \
+    GOLDEN/.../SCENE.history.\n\nExample:\n  bitlight bless {} \
+    --reason \"blur: the kernel is centred (T6)\"", super::example()))]
 pub(super) struct Arguments {
     /// The scene whose golden is made or changed
     scene: PathBuf,

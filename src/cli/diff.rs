@@ -9,12 +9,12 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Layers are paired by name, files of two folders too. For each layer: the largest, the mean and the \
+    after_help = format!("Layers are paired by name, files of two folders too. For each layer: the largest, the mean and the \
     root-mean-square difference, how many pixels differ, and the first. -0 equals +0; a NaN equals only the same NaN.\n\
     A layer's size, channels or type that differ, and a layer or file that one side lacks, are differences.\n\n\
     Exit status 0 if nothing differs, 1 if something does.\n\n\
-    Example:\n  bitlight render scenes/translucency/knot.toml --passes all -o out\n  \
-    bitlight diff out dumps-of-the-engine --tolerance 1e-5 -o differences"
+    Example:\n  bitlight render {} --passes all -o out\n  \
+    bitlight diff out dumps-of-the-engine --tolerance 1e-5 -o differences", super::example())
 )]
 pub(super) struct Arguments {
     /// What is expected: an EXR file (or NPY), or a folder of both

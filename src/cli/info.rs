@@ -2,9 +2,8 @@
 
 use super::print;
 use crate::Error;
-use crate::pass::{Data, exr};
-use crate::sphere::environment::LatLong;
-use crate::world::obj;
+use crate::pass::Data;
+use crate::store::file;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -36,14 +35,14 @@ fn vector(v: Vec3) -> String {
     format!("({}, {}, {})", v.x, v.y, v.z)
 }
 
-fn mesh(file: &Path) -> Result<String, Error> {
-    let facts = obj::read(file)?.facts();
+fn mesh(path: &Path) -> Result<String, Error> {
+    let facts = file::read_obj(path)?.facts();
     Ok(format!(
         "{}: a mesh\n  vertices             {} ({} used)\n  triangles            {} ({} without area)\n  \
          boundary edges       {}\n  non-manifold edges   {}\n  closed               {}\n  \
          Euler characteristic {}\n  bounding box         {} to {}\n  area                 {}\n  \
          volume               {}\n",
-        file.display(),
+        path.display(),
         facts.vertices,
         facts.used_vertices,
         facts.triangles,
@@ -59,23 +58,23 @@ fn mesh(file: &Path) -> Result<String, Error> {
     ))
 }
 
-fn environment(file: &Path) -> Result<String, Error> {
-    let map = LatLong::read_hdr(file)?;
+fn environment(path: &Path) -> Result<String, Error> {
+    let map = file::read_hdr(path)?;
     let brightest = map.texels().iter().map(|rgb| rgb.max_element()).fold(0.0, crate::numeric::order::max);
     let mean = map.project(1)[0].map(|c00| c00 / (4.0 * std::f32::consts::PI).sqrt());
     Ok(format!(
         "{}: a lat-long environment\n  size              {} x {}\n  mean radiance     {}\n  \
          brightest channel {brightest}\n",
-        file.display(),
+        path.display(),
         map.width(),
         map.height(),
         vector(Vec3::from_array(mean)),
     ))
 }
 
-fn image(file: &Path) -> Result<String, Error> {
-    let mut text = format!("{}: an image\n", file.display());
-    for layer in exr::read(file)? {
+fn image(path: &Path) -> Result<String, Error> {
+    let mut text = format!("{}: an image\n", path.display());
+    for layer in file::read_exr(path)? {
         text.push_str(&format!("  {} ({} x {})\n", layer.name, layer.width, layer.height));
         for channel in &layer.channels {
             text.push_str(&format!(

@@ -3,7 +3,8 @@
 use super::sheet::{Picture, Sheet, each, side_by_side};
 use super::{print, sheet};
 use crate::Error;
-use crate::pass::{Channel, Data, Layer, exr, png};
+use crate::pass::{Channel, Data, Layer, png};
+use crate::store::file;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -79,7 +80,7 @@ fn read(name: &str) -> Result<Image, Error> {
         Some((file, layer)) if !Path::new(name).exists() => (file, Some(layer)),
         _ => (name, None),
     };
-    let layers = exr::read(Path::new(file)).map_err(|error| error.remedy("name an EXR file"))?;
+    let layers = file::read_exr(Path::new(file)).map_err(|error| error.remedy("name an EXR file"))?;
     let names = layers.iter().map(|layer| layer.name.as_str()).collect::<Vec<_>>().join(", ");
     // The layer, or the first of the pass: of the first light where it has one for each.
     let is = |layer: &Layer| match wanted {

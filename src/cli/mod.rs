@@ -19,11 +19,15 @@ mod truth;
 mod verify;
 
 use crate::Error;
-use crate::scene::Assets;
+use crate::numeric::parallel;
+use crate::scene::{Assets, Scene};
+use crate::techniques::{ALL, Technique};
 use clap::{Args, Parser, Subcommand};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::LazyLock;
+use std::time::Instant;
 
 /// Bit-reproducible CPU ground truth of published techniques that light with spherical harmonics.
 ///
@@ -31,12 +35,24 @@ use std::process::ExitCode;
 /// for and those that they need. The same scene gives the same bits on every machine.
 #[derive(Debug, Parser)]
 #[command(name = "bitlight", version, max_term_width = 100)]
-#[command(after_help = "Exit status: 0 done, 1 a check failed, 2 bad input or usage.\n\n\
-    Start with:\n  bitlight render scenes/translucency/knot.toml --passes all -o out\n  \
-    bitlight init translucency > mine.toml")]
+#[command(after_help = start())]
 struct Cli {
     #[command(subcommand)]
     command: Command,
+}
+
+/// The scene that examples name.
+fn example() -> &'static str {
+    ALL[0].scene
+}
+
+fn start() -> String {
+    let scene = example();
+    format!(
+        "Exit status: 0 done, 1 a check failed, 2 bad input or usage.\n\nStart with:\n  \
+         bitlight render {scene} --passes all -o out\n  bitlight init {} > mine.toml",
+        ALL[0].name
+    )
 }
 
 #[derive(Debug, Subcommand)]
@@ -77,11 +93,49 @@ struct AssetFolder {
 
 impl AssetFolder {
     fn assets(&self) -> Assets {
-        match &self.assets {
-            Some(folder) => Assets(Some(folder.clone())),
-            None => Assets::from_environment(),
-        }
+        self.assets.clone().map_or_else(Assets::from_environment, Assets::Folder)
     }
+}
+
+/// What every command takes that reads and runs a scene.
+#[derive(Debug, Args)]
+struct Common {
+    /// Threads to use; 0 for one a core. The bits do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+    #[command(flatten)]
+    folder: AssetFolder,
+    /// Override a key of the scene, such as image.width=256; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl Common {
+    fn scene(&self, path: &Path) -> Result<Scene, Error> {
+        Scene::read(path, &self.set)
+    }
+
+    fn assets(&self) -> Assets {
+        self.folder.assets()
+    }
+
+    /// Runs a command's work in its one pool of threads.
+    fn run<T: Send>(&self, work: impl FnOnce() -> Result<T, Error> + Send) -> Result<T, Error> {
+        parallel::with_threads(self.threads, work)?
+    }
+}
+
+/// The technique of a name.
+fn technique(name: &str) -> Result<&'static Technique, Error> {
+    let found = ALL.iter().copied().find(|technique| technique.name == name);
+    let names = || ALL.iter().map(|technique| technique.name).collect::<Vec<_>>();
+    found.ok_or_else(|| crate::unknown("technique", name, &names()))
+}
+
+/// Seconds since the command asked first.
+fn clock() -> f64 {
+    static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    BEGUN.elapsed().as_secs_f64()
 }
 
 /// Runs the command line of this process.

@@ -1,9 +1,9 @@
 //! `bitlight passes`
 
-use super::print;
-use crate::pass::Info;
-use crate::scene::keys::TECHNIQUES;
-use crate::{Error, run};
+use super::{print, technique};
+use crate::Error;
+use crate::pass::Twin;
+use crate::techniques::ALL;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -14,20 +14,21 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(self) -> Result<ExitCode, Error> {
-        if let Some(name) = self.technique.as_deref().filter(|name| !TECHNIQUES.contains(name)) {
-            let error = Error::new(format!("there is no technique \"{name}\""));
-            return Err(error.remedy(format!("the techniques are {}", TECHNIQUES.join(", "))));
-        }
-        let technique = |info: &&Info| match &self.technique {
-            Some(name) => info.name.starts_with(&format!("{name}.")),
-            None => true,
+        let techniques = match &self.technique {
+            Some(name) => vec![technique(name)?],
+            None => ALL.to_vec(),
         };
-        for info in run::passes().filter(technique) {
+        for info in techniques.iter().flat_map(|technique| technique.passes) {
             let axes = info.axes.iter().map(|axis| axis.label()).collect::<Vec<_>>().join(", ");
             let inputs = if info.inputs.is_empty() { "the scene".to_owned() } else { info.inputs.join(", ") };
+            let twin = match info.twin {
+                Twin::Wgsl(file) => file.to_owned(),
+                Twin::Absent(reason) => format!("none: {reason}"),
+            };
             print(&format!(
-                "{}\n  computes  {}\n  equation  {}\n  inputs    {inputs}\n  output    [{axes}], {}\n\n",
-                info.name, info.about, info.equation, info.unit
+                "{}\n  computes  {}\n  equation  {}\n  inputs    {inputs}\n  output    [{axes}], {}\n  \
+                 size by   {}\n  on GPU    {twin}\n\n",
+                info.name, info.about, info.equation, info.unit, info.knob
             ))?;
         }
         Ok(ExitCode::SUCCESS)

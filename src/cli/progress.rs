@@ -50,6 +50,12 @@ impl Progress {
         }
     }
 
+    /// There are so many steps, and some are done.
+    pub(super) fn count(&mut self, steps: usize, done: usize) {
+        self.bar.set_length(steps as u64);
+        self.bar.set_position(done as u64);
+    }
+
     /// Says what is being done now.
     pub(super) fn say(&mut self, what: &str) {
         self.bar.set_message(what.to_owned());

@@ -4,9 +4,9 @@ use super::{AssetFolder, print};
 use crate::Error;
 use crate::numeric::double::{cos, sin};
 use crate::sphere::convention::{Convention, convert};
-use crate::sphere::environment::LatLong;
 use crate::sphere::rotation::Rotation;
 use crate::sphere::{probes, sh};
+use crate::store::file;
 use serde_json::{Value as Json, json};
 use std::io::Read;
 use std::path::Path;
@@ -203,7 +203,7 @@ fn project(environment: &str, bands: usize, to: &str, folder: &AssetFolder) -> R
     let projected = if environment.ends_with(".hdr") || Path::new(environment).exists() {
         let path = Path::new(environment);
         let path = if path.exists() { path.into() } else { folder.assets().find(environment)? };
-        LatLong::read_hdr(&path)?.project(bands)
+        file::read_hdr(&path)?.project(bands)
     } else {
         let published = probes::probe(environment)?;
         if bands > 3 {

@@ -7,7 +7,8 @@ use super::font;
 use crate::Error;
 use crate::numeric::order::{clamp, max};
 use crate::numeric::random;
-use crate::pass::{Buffer, Channel, Data, Info, Layer, layers, png};
+use crate::pass::{Buffer, Channel, Data, Info, Layer, Preview, layers, png};
+use crate::store::file;
 use std::path::Path;
 use tiny_skia::{Color, Pixmap};
 
@@ -41,8 +42,10 @@ pub(super) struct Sheet(Pixmap);
 /// A sheet that is too large to draw.
 pub(super) fn draw(kept: &[(Info, Buffer)]) -> Result<Option<Sheet>, Error> {
     let images = kept.iter().filter(|(info, _)| info.is_image());
-    let layers = images.flat_map(|(info, buffer)| layers(info, buffer));
-    let pictures: Vec<Picture> = layers.flat_map(|layer| pictures(&layer)).take(MOST).collect();
+    let layers =
+        images.flat_map(|(info, buffer)| layers(info, buffer).into_iter().map(|layer| (layer, info.preview)));
+    let pictures: Vec<Picture> =
+        layers.flat_map(|(layer, previews)| pictures(&layer, previews)).take(MOST).collect();
     if pictures.len() < 2 {
         return Ok(None);
     }
@@ -82,7 +85,7 @@ impl Sheet {
     /// What the system refuses, naming the file.
     pub(super) fn write(&self, path: &Path) -> Result<(), Error> {
         let rgb = self.0.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]);
-        png::write(path, self.0.width() as usize, self.0.height() as usize, &rgb.collect::<Vec<u8>>())
+        file::write_png(path, self.0.width() as usize, self.0.height() as usize, &rgb.collect::<Vec<u8>>())
     }
 }
 
@@ -101,26 +104,22 @@ fn place(sheet: &mut Pixmap, picture: &Picture, cell: [usize; 2], left: usize, t
     }
 }
 
-/// The pictures of a layer: three channels that belong together make one, another channel one of its own. A cube's
-/// faces come stacked; they are laid side by side, two rows of three.
-fn pictures(layer: &Layer) -> Vec<Picture> {
+/// The pictures of a layer, one for each group of channels that the pass names. A cube's faces come stacked; they are
+/// laid side by side, two rows of three.
+fn pictures(layer: &Layer, previews: &[Preview]) -> Vec<Picture> {
     let mut pictures = Vec::new();
     let mut rest = layer.channels.as_slice();
-    while let Some(first) = rest.first() {
-        let group = ["R", "x", "nx"].contains(&first.name.as_str()) && rest.len() >= 3;
-        let (channels, others) = rest.split_at(if group { 3 } else { 1 });
+    for preview in previews {
+        let (channels, others) = rest.split_at(preview.channels());
         rest = others;
-        let rgb = match (&channels[0].data, first.name.as_str()) {
-            (Data::U32(indices), _) => indices.iter().map(|index| index_colour(*index)).collect(),
-            (_, "R") => colours(channels),
-            (_, "nx") => each(channels, |value| value * 0.5 + 0.5),
-            _ => ranged(channels),
+        let rgb = match preview {
+            Preview::Picture | Preview::Colour => colours(channels),
+            Preview::Direction => each(channels, |value| value * 0.5 + 0.5),
+            Preview::Place | Preview::Value => ranged(channels),
+            Preview::Index => indices(&channels[0]).iter().map(|index| index_colour(*index)).collect(),
         };
-        let label = if first.name == "R" || first.name == "Y" {
-            String::new()
-        } else {
-            format!(" {}", names(channels))
-        };
+        let all = matches!(preview, Preview::Picture | Preview::Colour) || channels[0].name == "Y";
+        let label = if all { String::new() } else { format!(" {}", names(channels)) };
         let short = layer.name.split_once('.').map_or(layer.name.as_str(), |(_, short)| short);
         pictures.push(unstacked(Picture {
             name: format!("{short}{label}"),
@@ -154,6 +153,14 @@ pub(super) fn values(channel: &Channel) -> &[f32] {
     match &channel.data {
         Data::F32(values) => values,
         Data::U32(_) => &[],
+    }
+}
+
+/// The values of a channel of indices.
+fn indices(channel: &Channel) -> &[u32] {
+    match &channel.data {
+        Data::U32(values) => values,
+        Data::F32(_) => &[],
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::progress::Progress;
 use super::{AssetFolder, print};
+use crate::Error;
 use crate::compare::{Golden, Pixels, Verdict, picture};
-use crate::{Error, scene};
+use crate::store::file;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -27,7 +28,8 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(self) -> Result<ExitCode, Error> {
-        let scenes = if self.scene.is_empty() { scene::files(Path::new("scenes"))? } else { self.scene };
+        let scenes =
+            if self.scene.is_empty() { file::below(Path::new("scenes"), "toml")? } else { self.scene };
         let assets = self.folder.assets();
         let (mut passed, mut failed, mut skipped) = (0, 0, 0);
         let mut progress = Progress::new(scenes.len());

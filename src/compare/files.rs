@@ -1,8 +1,10 @@
 //! Comparing two dumps: EXR or NPY files, or two folders of them, layer by layer.
 
 use super::{Difference, Statistics, mismatch, picture, statistics};
-use crate::pass::{Channel, Layer, exr, npy};
-use crate::{Error, run};
+use crate::Error;
+use crate::pass::{Channel, Info, Layer};
+use crate::store::file;
+use crate::techniques::ALL;
 use serde_json::{Value as Json, json};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -54,9 +56,11 @@ pub fn files(a: &Path, b: &Path, tolerance: f64, pictures: Option<&Path>) -> Res
         Ok(rows)
     };
     for path in [a, b] {
-        std::fs::metadata(path).map_err(|error| {
-            Error::new(format!("cannot be read: {error}")).file(path).remedy("check the path")
-        })?;
+        if !path.exists() {
+            return Err(Error::new("cannot be read: there is no such file")
+                .file(path)
+                .remedy("check the path"));
+        }
     }
     match (a.is_dir(), b.is_dir()) {
         (false, false) => return pair(a, b, ""),
@@ -89,7 +93,7 @@ pub fn files(a: &Path, b: &Path, tolerance: f64, pictures: Option<&Path>) -> Res
 }
 
 /// The pass, or the layer where that is of no known pass, that diverges first of those that both dumps have: in flow
-/// order ([`run::passes`]), unknown ones after these in the order of `rows`.
+/// order ([`crate::techniques::ALL`]), unknown ones after these in the order of `rows`.
 pub fn diverges_first(rows: &[Row]) -> Option<&str> {
     let both = |row: &&Row| !row.same() && !matches!(row.outcome, Outcome::OnlyInA | Outcome::OnlyInB);
     let first = rows.iter().filter(both).min_by_key(|row| row.pass().map_or(usize::MAX, |(order, _)| order));
@@ -109,7 +113,7 @@ impl Row {
             let behind = self.layer.strip_suffix(name).is_some_and(|rest| rest.ends_with('.'));
             self.layer == name || before || behind
         };
-        run::passes().map(|info| info.name).enumerate().find(|(_, name)| of(name))
+        passes().map(|info| info.name).enumerate().find(|(_, name)| of(name))
     }
 
     /// Where the first difference is: an array's indices, or column, row and channel of an image.
@@ -218,18 +222,19 @@ fn text(value: f64) -> String {
     if f64::from(short) == value { format!("{short:?}") } else { format!("{value:?}") }
 }
 
+/// Every pass of every technique, in flow order.
+fn passes() -> impl Iterator<Item = &'static Info> {
+    ALL.iter().flat_map(|technique| technique.passes)
+}
+
 fn stem(path: &Path) -> &str {
     path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default()
 }
 
 /// The names of the EXR and NPY files of a folder, sorted.
 fn names(folder: &Path) -> Result<Vec<String>, Error> {
-    let refused = |error: std::io::Error| {
-        Error::new(format!("cannot be read: {error}")).file(folder).remedy("name a folder that can be read")
-    };
     let mut names = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(refused)? {
-        let path = entry.map_err(refused)?.path();
+    for path in file::entries(folder)? {
         if path.extension().is_some_and(|ending| ending == "exr" || ending == "npy") {
             names.extend(path.file_name().map(|name| name.to_string_lossy().into_owned()));
         }
@@ -245,13 +250,14 @@ fn names(folder: &Path) -> Result<Vec<String>, Error> {
 /// The layers of a file; an array is one without a name.
 fn parts(path: &Path) -> Result<Vec<Part>, Error> {
     if path.extension().is_some_and(|ending| ending == "npy") {
-        let buffer = npy::read(path).map_err(|error| error.remedy("name a file that can be read"))?;
+        let buffer = file::read_npy(path).map_err(|error| error.remedy("name a file that can be read"))?;
         let width = buffer.shape.last().copied().unwrap_or(1);
         let height = buffer.data.len().checked_div(width).unwrap_or(0);
         let channels = vec![Channel { name: "Y".into(), data: buffer.data }];
         return Ok(vec![(Layer { name: String::new(), width, height, channels }, buffer.shape)]);
     }
-    let layers = exr::read(path).map_err(|error| error.remedy("name an EXR file, or an NPY file (.npy)"))?;
+    let layers =
+        file::read_exr(path).map_err(|error| error.remedy("name an EXR file, or an NPY file (.npy)"))?;
     Ok(layers.into_iter().map(|layer| (layer, Vec::new())).collect())
 }
 

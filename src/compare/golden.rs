@@ -5,17 +5,18 @@
 //! differs can be named. [`Golden::record`] is the only writer, and `bless` its only caller.
 
 use crate::Error;
+use crate::keys::difference as first_difference;
 use crate::pass::{Buffer, Digests, Info, Kept, Record};
 use crate::run;
 use crate::scene::{Assets, Scene};
+use crate::store::file;
 use serde_json::{Map, Value as Json};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "exr")]
 use super::{Difference, difference};
 #[cfg(feature = "exr")]
-use crate::pass::{Layer, exr, file, layers, npy};
+use crate::pass::{Layer, layers};
 #[cfg(feature = "exr")]
 use serde_json::json;
 #[cfg(feature = "exr")]
@@ -84,20 +85,13 @@ impl Golden {
     /// # Errors
     /// A file that is no manifest, naming it.
     pub fn read(golden: &Path, scene: &Path) -> Result<Option<Self>, Error> {
-        let file = Self::path(golden, scene);
-        let mut bytes = Vec::new();
-        match std::fs::File::open(&file).and_then(|file| file.take(MAX_BYTES).read_to_end(&mut bytes)) {
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            read => read.map_err(|error| {
-                Error::new(format!("cannot be read: {error}"))
-                    .file(&file)
-                    .remedy("restore it from version control")
-            })?,
-        };
+        let path = Self::path(golden, scene);
+        let read = file::read_if_there(&path, MAX_BYTES, "restore it from version control");
+        let Some(bytes) = read? else { return Ok(None) };
         let parsed = serde_json::from_slice::<Json>(&bytes).ok();
-        let parsed = parsed.and_then(|json| Self::from_json(&json, &file));
+        let parsed = parsed.and_then(|json| Self::from_json(&json, &path));
         parsed.map(Some).ok_or_else(|| {
-            Error::new("is no golden manifest").file(&file).remedy("restore it from version control")
+            Error::new("is no golden manifest").file(&path).remedy("restore it from version control")
         })
     }
 
@@ -121,16 +115,22 @@ impl Golden {
             Scene::read(scene, &[])?; // a scene that is not there is bad input, not a missing golden
             return Ok(Verdict::Missing(Self::path(golden, scene)));
         };
-        let scene = Scene::read(scene, &golden.set)?;
+        golden.check(&Scene::read(scene, &golden.set)?, assets)
+    }
+
+    /// Renders a scene that was read under the golden's assignments, and compares every pass with it.
+    ///
+    /// # Errors
+    /// A scene that cannot be rendered, a damaged golden. A difference is no error.
+    pub fn check(&self, scene: &Scene, assets: &Assets) -> Result<Verdict, Error> {
         if let Some(error) = scene.assets().into_iter().find_map(|name| assets.find(name).err()) {
             return Ok(Verdict::Skipped(error));
         }
-        if let Some(key) = first_difference(&golden.settings, &scene.settings) {
-            let value = |settings: &Map<String, Json>| settings.get(&key).cloned().unwrap_or(Json::Null);
-            return Ok(Verdict::Settings(key.clone(), value(&golden.settings), value(&scene.settings)));
+        if let Some((key, golden, now)) = first_difference(&self.settings, &scene.settings()) {
+            return Ok(Verdict::Settings(key.into(), golden.clone(), now.clone()));
         }
-        let (kept, digests) = render(&scene, assets)?;
-        golden.compare(&kept, &digests)
+        let (kept, digests) = render(scene, assets)?;
+        self.compare(&kept, &digests)
     }
 
     /// Compares passes that were rendered under the golden's settings.
@@ -169,7 +169,7 @@ impl Golden {
         let folder = self.file.with_extension("");
         if !info.is_image() {
             let file = folder.join(format!("{}.npy", info.name));
-            let kept = npy::read(&file)?;
+            let kept = file::read_npy(&file)?;
             if kept.shape != buffer.shape || kept.data.type_name() != buffer.data.type_name() {
                 return Err(damaged(&file));
             }
@@ -178,7 +178,7 @@ impl Golden {
             return Ok(first.map_or(Pixels::None, |at| Pixels::Value(buffer.place(at), a[at], b[at])));
         }
         let file = folder.join("passes.exr");
-        let kept = exr::read(&file)?;
+        let kept = file::read_exr(&file)?;
         for mut found in layers(info, buffer) {
             found.channels.sort_by(|a, b| a.name.cmp(&b.name)); // as EXR does
             let Some(expected) = kept.iter().find(|layer| layer.name == found.name) else { continue };
@@ -221,7 +221,7 @@ impl Golden {
         let new = Self {
             file: Self::path(golden, scene),
             set,
-            settings: loaded.settings,
+            settings: loaded.settings(),
             passes,
             pixels: pixels.unwrap_or(old.as_ref().is_some_and(|old| old.pixels)),
         };
@@ -231,9 +231,10 @@ impl Golden {
         let changes = new.changes(old.as_ref());
         new.write(&kept)?;
         let history = new.file.with_extension("history");
-        let before = std::fs::read_to_string(&history).unwrap_or_default();
+        let before = file::read_if_there(&history, MAX_BYTES, "begin another")?.unwrap_or_default();
         file::write(&history, |out| {
-            writeln!(out, "{before}{date} {reason}")?;
+            out.write_all(&before)?;
+            writeln!(out, "{date} {reason}")?;
             changes.iter().try_for_each(|change| writeln!(out, "  {change}"))
         })?;
         Ok(changes)
@@ -243,15 +244,14 @@ impl Golden {
     fn write(&self, kept: &Kept) -> Result<(), Error> {
         let folder = self.file.with_extension("");
         let made = if self.pixels { &folder } else { self.file.parent().unwrap_or(&folder) };
-        std::fs::create_dir_all(made)
-            .map_err(|error| Error::new(format!("cannot be made: {error}")).file(made))?;
+        file::make_folder(made)?;
         if self.pixels {
             let images: Vec<_> = kept.0.iter().filter(|(info, ..)| info.is_image()).collect();
             let images: Vec<Layer> =
                 images.iter().flat_map(|(info, _, buffer)| layers(info, buffer)).collect();
-            exr::write(&folder.join("passes.exr"), &images)?;
+            file::write_exr(&folder.join("passes.exr"), &images)?;
             for (info, _, buffer) in kept.0.iter().filter(|(info, ..)| !info.is_image()) {
-                npy::write(&folder.join(format!("{}.npy", info.name)), buffer)?;
+                file::write_npy(&folder.join(format!("{}.npy", info.name)), buffer)?;
             }
         }
         let passes: Vec<_> = self.passes.iter().map(Record::to_json).collect();
@@ -267,7 +267,7 @@ impl Golden {
             return self.passes.iter().map(|pass| format!("{}: new, {}", pass.name, head(pass))).collect();
         };
         let mut changes = Vec::new();
-        if let Some(key) = first_difference(&old.settings, &self.settings) {
+        if let Some((key, ..)) = first_difference(&old.settings, &self.settings) {
             changes.push(format!("settings: {key} and perhaps others"));
         }
         if old.pixels != self.pixels {
@@ -304,13 +304,7 @@ fn head(pass: &Record) -> &str {
 /// Every pass of a scene, with its digest.
 fn render(scene: &Scene, assets: &Assets) -> Result<(Kept, Vec<Record>), Error> {
     let (mut kept, mut digests) = (Kept::default(), Digests::default());
-    let all = run::wanted(scene.technique, "all")?;
+    let all = scene.technique.wanted("all")?;
     run::render(scene, assets, &all, &mut vec![&mut kept as &mut dyn crate::pass::Recorder, &mut digests])?;
     Ok((kept, digests.0))
-}
-
-/// The first key whose value differs.
-fn first_difference(a: &Map<String, Json>, b: &Map<String, Json>) -> Option<String> {
-    let odd = a.iter().find(|(key, value)| b.get(*key) != Some(value)).map(|(key, _)| key);
-    odd.or_else(|| b.keys().find(|key| !a.contains_key(*key))).cloned()
 }

@@ -3,7 +3,8 @@
 use super::statistics::{sorted, unequal, value};
 use crate::Error;
 use crate::numeric::double::log;
-use crate::pass::{Layer, png};
+use crate::pass::Layer;
+use crate::store::file;
 use std::path::Path;
 
 /// Writes a picture of where two layers differ by more than `tolerance` as a PNG: grey where they are the same, red to
@@ -17,11 +18,7 @@ use std::path::Path;
 /// Where sizes or channels differ: ask [`super::mismatch`] first.
 pub fn picture(path: &Path, a: &Layer, b: &Layer, tolerance: f64) -> Result<(), Error> {
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|error| {
-            Error::new(format!("cannot be made: {error}"))
-                .file(folder)
-                .remedy("choose another folder with -o")
-        })?;
+        file::make_folder(folder)?;
     }
     let (ours, theirs) = (sorted(a), sorted(b));
     let mut rgb = Vec::new();
@@ -41,5 +38,5 @@ pub fn picture(path: &Path, a: &Layer, b: &Layer, tolerance: f64) -> Result<(), 
         let heat = |worst: f64| ((1.0 + log(worst) / 16.635_532) * 255.0) as u8;
         rgb.extend(worst.map_or([40; 3], |worst| [255, heat(worst), 0]));
     }
-    png::write(path, a.width, a.height, &rgb)
+    file::write_png(path, a.width, a.height, &rgb)
 }

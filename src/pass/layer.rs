@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn lights_become_layers_and_faces_are_stacked() {
         let axes = &[Axis::Light, Axis::Face, Axis::Row, Axis::Column, Axis::Channel(&["a", "b"])];
-        let info = Info { name: "t.cube", equation: "", about: "", inputs: &[], axes, unit: "" };
+        let info = Info { name: "t.cube", axes, ..Info::BLANK };
         let values: Vec<f32> = (0..2 * 6 * 2 * 3 * 2).map(|i| i as f32).collect();
         let layers = layers(&info, &Buffer::f32(&[2, 6, 2, 3, 2], values));
         assert_eq!(layers.len(), 2);

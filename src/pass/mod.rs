@@ -1,10 +1,9 @@
 //! Named passes: what a technique is made of, what runs when something is asked for, and who is told.
 //!
-//! A technique is a table of [`Pass`]es in flow order. [`closure`] finds what a request needs, [`execute`] runs
-//! it and hands every result to a [`Recorder`].
+//! A technique is a table of [`Pass`]es in flow order. [`needed`] finds what a request needs, [`execute`] runs it and
+//! hands every result to a [`Recorder`].
 
 mod buffer;
-pub mod file;
 mod layer;
 pub mod npy;
 pub mod png;
@@ -12,20 +11,17 @@ mod recorder;
 
 #[cfg(feature = "exr")]
 pub mod exr;
-#[cfg(feature = "exr")]
-mod files;
 
 pub use buffer::{Buffer, Data, Digest};
-#[cfg(feature = "exr")]
-pub use files::Files;
 pub use layer::{Channel, Layer, layers};
-pub use recorder::{Digests, Kept, Record, Recorder, Timings};
+pub use recorder::{Clock, Digests, Kept, Record, Recorder, Timings};
 
 use crate::Error;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What one axis of a buffer counts, the slowest first.
+/// What one axis of a buffer counts, the slowest first. Those that every technique may have stand here; what only some
+/// know is an [`Axis::Of`], whose length their rows tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// The scene's lights, in the scene's order.
@@ -34,26 +30,20 @@ pub enum Axis {
     Caster,
     /// The six faces +x −x +y −y +z −z.
     Face,
-    /// Accumulation points of a solid's box, x counting fastest and z slowest. A single one has no axis.
-    Point,
     /// Rows of an image, from the top.
     Row,
     /// Columns of an image, from the left.
     Column,
     /// The solid's vertices.
     Vertex,
-    /// Directions of exit, from the normal to the horizon.
-    Exit,
-    /// Words of 32 bits, a bit a direction, the lowest first.
-    Word,
     /// Spherical-harmonic coefficients in order l² + l + m.
     Coefficient,
-    /// Rows of a matrix.
-    MatrixRow,
-    /// Columns of a matrix.
-    MatrixColumn,
     /// Named channels, as many as there are names.
     Channel(&'static [&'static str]),
+    /// What this word counts.
+    Of(&'static str),
+    /// What this word counts, where there are several; a buffer with a single one has no such axis.
+    Several(&'static str),
 }
 
 impl Axis {
@@ -63,18 +53,55 @@ impl Axis {
             Self::Light => "light".into(),
             Self::Caster => "caster".into(),
             Self::Face => "face".into(),
-            Self::Point => "point".into(),
             Self::Row => "row".into(),
             Self::Column => "column".into(),
             Self::Vertex => "vertex".into(),
-            Self::Exit => "exit".into(),
-            Self::Word => "word".into(),
             Self::Coefficient => "coefficient".into(),
-            Self::MatrixRow => "row of matrix".into(),
-            Self::MatrixColumn => "column of matrix".into(),
             Self::Channel(names) => names.join("|"),
+            Self::Of(what) | Self::Several(what) => what.into(),
         }
     }
+}
+
+/// How channels of an image are shown to eyes. A pass names one for each group of channels, in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Preview {
+    /// Three channels: the technique's picture, which the scene's exposure brightens.
+    Picture,
+    /// Three channels of colour, scaled so that all but the brightest hundredth of their values fit.
+    Colour,
+    /// Three channels of a unit vector, from −1 to 1.
+    Direction,
+    /// Three channels of a place, each from its least to its greatest.
+    Place,
+    /// One channel, from its least to its greatest value other than 0.
+    Value,
+    /// One channel of indices, told apart by colour.
+    Index,
+}
+
+impl Preview {
+    /// How many channels it shows.
+    pub fn channels(self) -> usize {
+        match self {
+            Self::Picture | Self::Colour | Self::Direction | Self::Place => 3,
+            Self::Value | Self::Index => 1,
+        }
+    }
+}
+
+/// The pass's twin on the GPU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Twin {
+    /// The file beside the pass, of the pass's name, such as `gbuffer.wgsl`.
+    Wgsl(&'static str),
+    /// There is none, for this reason.
+    Absent(&'static str),
+}
+
+impl Twin {
+    /// There is none yet.
+    pub const PLANNED: Self = Self::Absent("the GPU backend is not written yet");
 }
 
 /// The channels of a colour: linear, Rec. 709 primaries.
@@ -95,18 +122,47 @@ pub struct Info {
     pub axes: &'static [Axis],
     /// The unit of its values.
     pub unit: &'static str,
+    /// The key that sets the buffer's size: where memory is short, it is the one to make smaller.
+    pub knob: &'static str,
+    /// Its twin on the GPU.
+    pub twin: Twin,
+    /// How an image is shown: a group of channels each. Empty for what is no image.
+    pub preview: &'static [Preview],
 }
 
 impl Info {
+    /// A row that says nothing yet.
+    pub const BLANK: Self = Self {
+        name: "",
+        equation: "-",
+        about: "",
+        inputs: &[],
+        axes: &[],
+        unit: "1",
+        knob: "image.width",
+        twin: Twin::PLANNED,
+        preview: &[],
+    };
+
+    /// Its name without the technique.
+    pub fn short(&self) -> &'static str {
+        self.name.split_once('.').map_or(self.name, |(_, short)| short)
+    }
+
+    /// Whether it is the technique's picture.
+    pub fn is_picture(&self) -> bool {
+        self.preview.contains(&Preview::Picture)
+    }
+
     /// Whether the buffer is made of images (it has rows and columns), so goes to EXR rather than NPY.
     pub fn is_image(&self) -> bool {
         self.axes.contains(&Axis::Row)
     }
 
-    /// The axes of a buffer of the pass that has `rank` of them: all, or all but [`Axis::Point`].
+    /// The axes of a buffer of the pass that has `rank` of them: all, or all but an [`Axis::Several`].
     pub fn axes_of(&self, rank: usize) -> impl Iterator<Item = Axis> {
         let all = rank == self.axes.len();
-        self.axes.iter().copied().filter(move |axis| all || *axis != Axis::Point)
+        self.axes.iter().copied().filter(move |axis| all || !matches!(axis, Axis::Several(_)))
     }
 }
 
@@ -141,46 +197,60 @@ impl Inputs<'_> {
     }
 }
 
-/// Which passes of `table` must run so that `wanted` can: the wanted ones and all that they read, directly or
-/// not. One flag a row of the table.
+/// The rows of a table of passes without their functions.
+pub const fn infos<F, const N: usize>(table: &[Pass<F>; N]) -> [Info; N] {
+    let mut infos = [Info::BLANK; N];
+    let mut at = 0;
+    while at < N {
+        infos[at] = table[at].info;
+        at += 1;
+    }
+    infos
+}
+
+/// Buffers that are there already, by the names of the passes that make them.
+pub type Given = BTreeMap<&'static str, Buffer>;
+
+/// Which passes of a table a request needs: the wanted ones and all that they read, directly or not. What is given needs
+/// nothing itself. One flag a row.
 ///
 /// # Errors
 /// An unknown name, with the nearest known one.
-pub fn closure<F>(table: &[Pass<F>], wanted: &[&str]) -> Result<Vec<bool>, Error> {
+pub fn needed(table: &[Info], wanted: &[&str], given: &[&str]) -> Result<Vec<bool>, Error> {
     let mut needed = vec![false; table.len()];
     for name in wanted {
-        let names = || table.iter().map(|pass| pass.info.name);
+        let names = || table.iter().map(|info| info.name);
         let Some(row) = names().position(|known| known == *name) else {
-            return Err(unknown_pass(name, names()));
+            return Err(unknown_pass(name, names(), ""));
         };
         needed[row] = true;
     }
     // Rows read earlier rows only, so one walk from the end finds all.
-    for row in (0..table.len()).rev().filter(|row| needed[*row]).collect::<Vec<_>>() {
-        mark_inputs(table, row, &mut needed);
+    for row in (0..table.len()).rev() {
+        if !needed[row] || given.contains(&table[row].name) {
+            continue;
+        }
+        for input in table[row].inputs {
+            let position = table[..row].iter().position(|info| info.name == *input);
+            let position =
+                position.unwrap_or_else(|| panic!("{} reads {input}, not above it", table[row].name));
+            needed[position] = true;
+        }
     }
     Ok(needed)
 }
 
-fn mark_inputs<F>(table: &[Pass<F>], row: usize, needed: &mut [bool]) {
-    for input in table[row].info.inputs {
-        let position = table[..row].iter().position(|pass| pass.info.name == *input);
-        let position =
-            position.unwrap_or_else(|| panic!("{} reads {input}, not above it", table[row].info.name));
-        needed[position] = true;
-        mark_inputs(table, position, needed);
-    }
+/// The error for a pass that is not there, of a technique or of none in particular.
+pub(crate) fn unknown_pass<'a>(name: &str, known: impl Iterator<Item = &'a str>, technique: &str) -> Error {
+    let of = if technique.is_empty() { String::new() } else { format!(" of {technique}") };
+    let near =
+        crate::nearest(name, known).map(|near| format!("did you mean \"{near}\"? ")).unwrap_or_default();
+    let list = format!("`bitlight passes {technique}").trim_end().to_owned();
+    Error::new(format!("there is no pass \"{name}\"{of}")).remedy(format!("{near}{list}` lists all"))
 }
 
-fn unknown_pass<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Error {
-    let error = Error::new(format!("there is no pass \"{name}\""));
-    match crate::nearest(name, known) {
-        Some(near) => error.remedy(format!("did you mean \"{near}\"? `bitlight passes` lists all")),
-        None => error.remedy("`bitlight passes` lists all"),
-    }
-}
-
-/// Runs the passes that `wanted` needs, in the table's order, and hands each result to `recorder`.
+/// Runs the passes that `wanted` needs, but for those that are given, in the table's order, and hands each result to
+/// `recorder`, given ones too.
 ///
 /// # Errors
 /// An unknown name, what the recorder refuses, and a value that is not finite (contract 9), by pass and index.
@@ -188,9 +258,11 @@ pub fn execute<F>(
     table: &[Pass<F>],
     frame: &F,
     wanted: &[&str],
+    mut given: Given,
     recorder: &mut dyn Recorder,
 ) -> Result<(), Error> {
-    let needed = closure(table, wanted)?;
+    let infos: Vec<_> = table.iter().map(|pass| pass.info).collect();
+    let needed = needed(&infos, wanted, &given.keys().copied().collect::<Vec<_>>())?;
     let rows: Vec<_> = table.iter().zip(needed).filter(|(_, needed)| *needed).map(|(pass, _)| pass).collect();
     let mut done = BTreeMap::new();
     for (row, pass) in rows.iter().enumerate() {
@@ -198,21 +270,30 @@ pub fn execute<F>(
         done.retain(|name, _| rows[row..].iter().any(|later| later.info.inputs.contains(name)));
         let info = &pass.info;
         recorder.begin(info);
-        let inputs = Inputs { pass: info, done: &done, read: RefCell::default() };
-        let buffer = (pass.run)(frame, &inputs);
-        let read = inputs.read.into_inner();
-        // What has nothing to compute reads nothing.
-        debug_assert!(
-            buffer.shape.contains(&0) || info.inputs.iter().all(|input| read.contains(input)),
-            "{} declares {:?} and reads {read:?}",
-            info.name,
-            info.inputs
-        );
-        check(info, &buffer)?;
+        let buffer = match given.remove(info.name) {
+            Some(buffer) => buffer,
+            None => run(pass, frame, &done)?,
+        };
         recorder.record(info, wanted.contains(&info.name), &buffer)?;
         done.insert(info.name, buffer);
     }
     Ok(())
+}
+
+fn run<F>(pass: &Pass<F>, frame: &F, done: &BTreeMap<&'static str, Buffer>) -> Result<Buffer, Error> {
+    let info = &pass.info;
+    let inputs = Inputs { pass: info, done, read: RefCell::default() };
+    let buffer = (pass.run)(frame, &inputs);
+    let read = inputs.read.into_inner();
+    // What has nothing to compute reads nothing.
+    debug_assert!(
+        buffer.shape.contains(&0) || info.inputs.iter().all(|input| read.contains(input)),
+        "{} declares {:?} and reads {read:?}",
+        info.name,
+        info.inputs
+    );
+    check(info, &buffer)?;
+    Ok(buffer)
 }
 
 fn check(info: &Info, buffer: &Buffer) -> Result<(), Error> {
@@ -241,8 +322,7 @@ mod tests {
         inputs: &'static [&'static str],
         run: fn(&f32, &Inputs<'_>) -> Buffer,
     ) -> Pass<f32> {
-        let axes = &[Axis::Coefficient];
-        Pass { info: Info { name, equation: "", about: "", inputs, axes, unit: "" }, run }
+        Pass { info: Info { name, inputs, axes: &[Axis::Coefficient], ..Info::BLANK }, run }
     }
 
     const TABLE: [Pass<f32>; 4] = [
@@ -255,27 +335,39 @@ mod tests {
     #[test]
     fn only_what_the_request_needs_is_run() {
         let mut kept = Kept::default();
-        execute(&TABLE, &5.0, &["t.d"], &mut kept).unwrap();
+        execute(&TABLE, &5.0, &["t.d"], Given::new(), &mut kept).unwrap();
         let names: Vec<_> = kept.0.iter().map(|(info, wanted, _)| (info.name, *wanted)).collect();
         assert_eq!(names, [("t.a", false), ("t.c", false), ("t.d", true)]);
         assert_eq!(kept.0[2].2.as_f32(), [6.0]);
     }
 
     #[test]
+    fn what_is_given_is_not_run_and_needs_nothing() {
+        let mut kept = Kept::default();
+        let given =
+            || Given::from([("t.c", Buffer::f32(&[1], vec![40.0])), ("t.b", Buffer::f32(&[1], vec![0.0]))]);
+        execute(&TABLE, &5.0, &["t.d"], given(), &mut kept).unwrap();
+        let values: Vec<_> = kept.0.iter().map(|(info, _, buffer)| (info.name, buffer.as_f32()[0])).collect();
+        assert_eq!(values, [("t.c", 40.0), ("t.d", 40.0)]);
+        assert_eq!(needed(&infos(&TABLE), &["t.d", "t.a"], &["t.c"]).unwrap(), [true, false, true, true]);
+    }
+
+    #[test]
     fn an_unknown_pass_is_refused_with_the_nearest() {
-        let error = closure(&TABLE, &["t.dd"]).unwrap_err().to_string();
+        let error = needed(&infos(&TABLE), &["t.dd"], &[]).unwrap_err().to_string();
         assert!(error.contains("\"t.dd\"") && error.contains("did you mean \"t.d\""), "{error}");
     }
 
     #[test]
     fn a_value_that_is_not_finite_is_an_error_that_names_pass_and_place() {
-        let error = execute(&TABLE, &f32::NAN, &["t.a"], &mut Kept::default()).unwrap_err().to_string();
+        let error =
+            execute(&TABLE, &f32::NAN, &["t.a"], Given::new(), &mut Kept::default()).unwrap_err().to_string();
         assert!(error.contains("t.a is not finite at [0]"), "{error}");
     }
 
     #[test]
-    fn a_single_point_has_no_axis() {
-        let axes = &[Axis::Light, Axis::Point, Axis::Coefficient];
+    fn what_is_single_has_no_axis() {
+        let axes = &[Axis::Light, Axis::Several("point"), Axis::Coefficient];
         let info = Info { axes, ..TABLE[0].info };
         assert!(info.axes_of(3).eq(axes.iter().copied()));
         assert!(info.axes_of(2).eq([Axis::Light, Axis::Coefficient]));
@@ -290,7 +382,7 @@ mod tests {
     #[should_panic(expected = "which its row does not declare")]
     fn an_undeclared_read_panics() {
         let table = [TABLE[0], row("t.x", &[], |_, inputs| inputs.get("t.a").clone())];
-        let _ = execute(&table, &1.0, &["t.x"], &mut Kept::default());
+        let _ = execute(&table, &1.0, &["t.x"], Given::new(), &mut Kept::default());
     }
 
     #[test]
@@ -298,6 +390,6 @@ mod tests {
     #[should_panic(expected = "declares")]
     fn a_declared_input_that_is_not_read_panics() {
         let table = [TABLE[0], row("t.x", &["t.a"], |_, _| Buffer::f32(&[1], vec![1.0]))];
-        let _ = execute(&table, &1.0, &["t.x"], &mut Kept::default());
+        let _ = execute(&table, &1.0, &["t.x"], Given::new(), &mut Kept::default());
     }
 }

@@ -1,24 +1,21 @@
 //! NumPy's `.npy` files, version 1.0: `<f4` and `<u4` in C order.
 
-use super::{Buffer, Data, file};
+use super::{Buffer, Data};
 use crate::Error;
-use std::io::Write;
-use std::path::Path;
+use std::io::{self, Write};
 
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: u64 = 4 << 30;
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 
-/// Writes `buffer` to `path`.
+/// Writes `buffer`.
 ///
 /// # Errors
-/// What the system refuses, naming the file.
-pub fn write(path: &Path, buffer: &Buffer) -> Result<(), Error> {
-    file::write(path, |out| {
-        out.write_all(&header(buffer))?;
-        out.write_all(&buffer.data.to_le_bytes())
-    })
+/// What the writer refuses.
+pub fn write(out: &mut impl Write, buffer: &Buffer) -> io::Result<()> {
+    out.write_all(&header(buffer))?;
+    out.write_all(&buffer.data.to_le_bytes())
 }
 
 /// What stands before the values of `buffer` in its file.
@@ -36,16 +33,7 @@ pub fn header(buffer: &Buffer) -> Vec<u8> {
     [MAGIC, &(header.len() as u16).to_le_bytes(), header.as_bytes()].concat()
 }
 
-/// Reads what [`write()`] wrote, or NumPy did in the same two types and C order.
-///
-/// # Errors
-/// A missing file, one that is anything else and one longer than [`MAX_BYTES`], naming the file.
-pub fn read(path: &Path) -> Result<Buffer, Error> {
-    let bytes = file::read(path, MAX_BYTES, "save it in several files")?;
-    parse(&bytes).map_err(|error| error.file(path))
-}
-
-/// The buffer of an `.npy` file that is already in memory; see [`read`].
+/// The buffer that [`write()`] wrote, or NumPy did in the same two types and C order.
 ///
 /// # Errors
 /// Bytes that are anything else.
@@ -94,16 +82,14 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_again() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.npy");
         for buffer in [
             Buffer::f32(&[2, 3], vec![1.0, -2.5, 3.0e-40, 4.0, 5.0, 6.0]),
             Buffer::u32(&[3], vec![0, 7, u32::MAX]),
             Buffer::f32(&[0, 9], vec![]),
         ] {
-            write(&path, &buffer).unwrap();
-            assert_eq!(read(&path).unwrap(), buffer);
-            let bytes = std::fs::read(&path).unwrap();
+            let mut bytes = Vec::new();
+            write(&mut bytes, &buffer).unwrap();
+            assert_eq!(parse(&bytes).unwrap(), buffer);
             assert_eq!((bytes.len() - buffer.data.len() * 4) % 64, 0);
         }
     }

@@ -1,10 +1,7 @@
 //! Eight-bit previews for eyes: sRGB-encoded PNG files. Nothing is measured or digested from them.
 
-use super::file;
-use crate::Error;
 use crate::numeric::{order::clamp, single::pow};
-use std::io;
-use std::path::Path;
+use std::io::{self, Write};
 
 /// The sRGB code value of a linear one (IEC 61966-2-1), held to [0, 255].
 pub fn srgb8(linear: f32) -> u8 {
@@ -16,15 +13,13 @@ pub fn srgb8(linear: f32) -> u8 {
 /// Writes `width × height` RGB bytes, the top row first.
 ///
 /// # Errors
-/// What the system refuses, naming the file.
-pub fn write(path: &Path, width: usize, height: usize, rgb: &[u8]) -> Result<(), Error> {
+/// What the writer refuses.
+pub fn write(out: &mut impl Write, width: usize, height: usize, rgb: &[u8]) -> io::Result<()> {
     use image::ImageEncoder;
-    file::write(path, |out| {
-        image::codecs::png::PngEncoder::new(out)
-            .write_image(rgb, width as u32, height as u32, image::ExtendedColorType::Rgb8)
-            .map_err(|error| match error {
-                image::ImageError::IoError(error) => error,
-                error => io::Error::other(error),
-            })
-    })
+    image::codecs::png::PngEncoder::new(out)
+        .write_image(rgb, width as u32, height as u32, image::ExtendedColorType::Rgb8)
+        .map_err(|error| match error {
+            image::ImageError::IoError(error) => error,
+            error => io::Error::other(error),
+        })
 }

@@ -1,9 +1,8 @@
 //! Who is told of every pass: the sinks that share one stream of results.
 
-use super::{Buffer, Digest, Info};
+use super::{Buffer, Info};
 use crate::Error;
 use serde_json::{Value as Json, json};
-use std::time::{Duration, Instant};
 
 /// Receives every pass that runs, in order.
 pub trait Recorder {
@@ -42,6 +41,16 @@ pub struct Record {
 }
 
 impl Record {
+    /// That of a buffer.
+    pub fn new(name: &str, buffer: &Buffer) -> Self {
+        Self {
+            name: name.into(),
+            shape: buffer.shape.clone(),
+            element: buffer.data.type_name().into(),
+            digest: buffer.digest().to_string(),
+        }
+    }
+
     /// The record as an object of JSON: `name`, `shape`, `type`, `digest`.
     pub fn to_json(&self) -> Json {
         json!({"name": self.name, "shape": self.shape, "type": self.element, "digest": self.digest})
@@ -67,13 +76,7 @@ pub struct Digests(pub Vec<Record>);
 
 impl Recorder for Digests {
     fn record(&mut self, pass: &Info, _: bool, buffer: &Buffer) -> Result<(), Error> {
-        let digest: Digest = buffer.digest();
-        self.0.push(Record {
-            name: pass.name.into(),
-            shape: buffer.shape.clone(),
-            element: buffer.data.type_name().into(),
-            digest: digest.to_string(),
-        });
+        self.0.push(Record::new(pass.name, buffer));
         Ok(())
     }
 }
@@ -96,27 +99,32 @@ impl Recorder for Kept {
     }
 }
 
-/// Keeps how long every pass took, by the wall clock.
+/// Seconds since some moment that stays the same. Who has a clock hands it down: this library reads none.
+pub type Clock = fn() -> f64;
+
+/// Keeps how long every pass took, by a clock.
 #[derive(Debug)]
 pub struct Timings {
-    /// Name and time, in the order of running.
-    pub passes: Vec<(&'static str, Duration)>,
-    begun: Instant,
+    /// Name and seconds, in the order of running.
+    pub passes: Vec<(&'static str, f64)>,
+    clock: Clock,
+    begun: f64,
 }
 
-impl Default for Timings {
-    fn default() -> Self {
-        Self { passes: Vec::new(), begun: Instant::now() }
+impl Timings {
+    /// None yet.
+    pub fn new(clock: Clock) -> Self {
+        Self { passes: Vec::new(), clock, begun: clock() }
     }
 }
 
 impl Recorder for Timings {
     fn begin(&mut self, _: &Info) {
-        self.begun = Instant::now();
+        self.begun = (self.clock)();
     }
 
     fn record(&mut self, pass: &Info, _: bool, _: &Buffer) -> Result<(), Error> {
-        self.passes.push((pass.name, self.begun.elapsed()));
+        self.passes.push((pass.name, (self.clock)() - self.begun));
         Ok(())
     }
 }

@@ -2,45 +2,72 @@
 
 use super::{Loaded, MAX_MEMORY};
 use crate::Error;
-use crate::numeric::order::max;
-use crate::pass::{Axis, Buffer, Info, RGB};
-use crate::scene::{Assets, Model, Scene, Source, Technique};
+use crate::keys::Bears;
+use crate::numeric::order::{max, min};
+use crate::pass::{Axis, Buffer, Clock, Info, Preview, RGB};
+use crate::scene::{Assets, Scene, keys};
 use crate::sphere::environment::{Environment, Form};
 use crate::sphere::sh;
-use crate::techniques::prt::Subsurface;
-use crate::truth::{self, Caster, Identity, Lights, Map, Normals, Sums, Volume};
-use crate::world::brdf::{Brdf, Gloss};
+use crate::store::file;
+use crate::truth::{self, Estimator, Identity, Lamp, Lights, Map, Normals, Sums, Transport, Volume};
+use crate::world::Stage;
+use crate::world::brdf::Brdf;
+use crate::world::light::Light;
 use glam::Vec3;
-use serde_json::json;
+use std::path::Path;
 
 /// Mean and variance, in this order: what a ground truth hands to recorders, as passes do.
 pub const TRUTH: [Info; 2] = [
     Info {
         name: "truth.mean",
-        equation: "-",
         about: "radiance by Monte Carlo, without a technique's approximations",
-        inputs: &[],
         axes: &[Axis::Row, Axis::Column, RGB],
         unit: "radiance",
+        preview: &[Preview::Picture],
+        ..Info::BLANK
     },
     Info {
         name: "truth.variance",
-        equation: "-",
         about: "variance of that mean: the unbiased variance of a pixel's samples over their number",
-        inputs: &[],
         axes: &[Axis::Row, Axis::Column, RGB],
         unit: "squared radiance",
+        preview: &[Preview::Colour],
+        ..Info::BLANK
     },
 ];
+
+/// How often the state is saved while samples are taken, in seconds, and when first.
+const OFTEN: f64 = 60.0;
+const EARLY: f64 = 10.0;
+
+/// When sampling ends: whichever comes first.
+#[derive(Debug, Clone, Copy)]
+pub struct Until {
+    /// Every pixel has so many samples, those of earlier runs among them.
+    pub samples: Option<u64>,
+    /// So many seconds have passed, and every pixel has two samples at least.
+    pub seconds: Option<f64>,
+}
+
+/// How far sampling has come.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress {
+    /// Samples that a pixel has, on average.
+    pub samples: f64,
+    /// The part that is done, from 0 to 1.
+    pub part: f64,
+    /// Whether it begins now: the time left is counted from here.
+    pub begins: bool,
+}
 
 /// A scene's ground truth as far as it has come.
 #[derive(Debug, Clone)]
 pub struct Truth {
     /// What light travels through.
-    pub scene: truth::Scene,
+    pub estimator: Estimator,
     /// Who looks.
     pub view: truth::View,
-    /// Of what the sums are.
+    /// What the sums are of: settings and data that must be the same for a run to go on.
     pub identity: Identity,
     /// A pixel's sums, row by row from the top left.
     pub sums: Sums,
@@ -48,12 +75,11 @@ pub struct Truth {
 
 impl Truth {
     /// Loads what a scene names and prepares its ground truth: by the model of `truth.model`, or where that is absent by
-    /// what the technique approximates: for translucency the dipole, for prt reflection, or the dipole where the surface
-    /// reflects nothing.
+    /// the one that the scene's technique approximates.
     ///
     /// # Errors
-    /// A missing or unusable asset, more than [`MAX_MEMORY`] for the sums, what the model cannot find, and a solid that both
-    /// reflects and has light go through it where `truth.model` is absent.
+    /// A missing or unusable asset, more than [`MAX_MEMORY`] for the sums, what the model cannot find, and what the
+    /// technique refuses where `truth.model` is absent.
     pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, Error> {
         let count = scene.size[0] * scene.size[1];
         // The sums twice, as they are written, and the two buffers.
@@ -65,48 +91,88 @@ impl Truth {
             ));
         }
         let loaded = Loaded::new(scene, assets, &[])?;
-        let prepared = Self::scene(scene, &loaded).map_err(|error| scene.place(error))?;
+        let prepared = loaded.stage(scene).and_then(|stage| prepare(scene, stage));
+        let (estimator, transport) = prepared.map_err(|error| scene.place(error))?;
         let view = truth::View {
             camera: scene.camera,
             size: scene.size,
             background: scene.background,
             filter: scene.truth.filter,
         };
-        let identity = Identity { settings: settings(scene, prepared.model()), data: prepared.digest() };
-        Ok(Self { scene: prepared, view, identity, sums: Sums::new(count) })
+        let identity = Identity { settings: settings(scene, transport), data: estimator.digest() };
+        Ok(Self { estimator, view, identity, sums: Sums::new(count) })
     }
 
-    fn scene(scene: &Scene, loaded: &Loaded) -> Result<truth::Scene, Error> {
-        let model = match model(scene)? {
-            Model::Surface => surface(scene.surface, scene.truth.bounces),
-            other => {
-                if scene.truth.bounces.is_some() {
-                    return Err(Error::new("counts reflections between surfaces, which this model has not")
-                        .key("truth.bounces")
-                        .remedy("leave it out, or set truth.model to \"surface\""));
-                }
-                match other {
-                    Model::Medium => truth::Model::Medium(Volume::new(&scene.medium, scene.truth.anisotropy)),
-                    _ => truth::Model::Dipole { medium: scene.medium, normals: Normals::Interpolated },
-                }
-            }
-        };
-        let prepared = truth::Scene::new(loaded.solid(scene)?, model, loaded.lights(scene));
-        let casting = scene.lights.iter().position(|light| !matches!(light, Source::Environment { .. }));
-        prepared
-            .check()
-            .map_err(|error| error.key(format!("light[{}].kind", casting.unwrap_or_default())))?;
-        if matches!(prepared.model(), truth::Model::Medium(_)) && prepared.encloses(scene.camera.position) {
-            return Err(Error::new("is inside the solid, and a walk through a medium begins outside of it")
-                .key("camera.position")
-                .remedy("move the camera out of the solid"));
+    /// Goes on from the state that an earlier run left at `path`, if there is one.
+    ///
+    /// # Errors
+    /// A file that is no state or is damaged, and one of another scene or other settings: what differs is named.
+    pub fn resume(&mut self, path: &Path) -> Result<(), Error> {
+        if !path.exists() {
+            return Ok(());
         }
-        Ok(prepared)
+        let count = self.sums.values.len();
+        let bytes = file::read(path, truth::state_bytes(count), truth::ANEW)?;
+        self.sums = self.identity.parse(&bytes, count).map_err(|error| error.file(path))?;
+        Ok(())
+    }
+
+    /// Writes the state from which another run goes on, whole or not at all.
+    ///
+    /// # Errors
+    /// What the system refuses, naming the file.
+    pub fn save(&self, path: &Path) -> Result<(), Error> {
+        file::write(path, |out| self.identity.write(out, &self.sums))
+    }
+
+    /// Takes samples, whole passes over the image, until there are enough or the time is over, and saves the state at
+    /// `path` now and then.
+    ///
+    /// # Errors
+    /// What the system refuses.
+    pub fn sample(
+        &mut self,
+        until: Until,
+        path: &Path,
+        clock: Clock,
+        told: &mut dyn FnMut(Progress),
+    ) -> Result<(), Error> {
+        let target = until.samples.unwrap_or(u64::MAX);
+        let begun = clock();
+        let (mut saved, mut wait, mut next) = (begun, EARLY, 1);
+        let mut tell = |samples: f64, begins: bool| {
+            let passed = clock() - begun;
+            let of_samples = until.samples.map_or(0.0, |all| samples / all as f64);
+            let of_time = until.seconds.map_or(0.0, |seconds| min(passed / seconds, 1.0));
+            told(Progress { samples, part: max(of_samples, of_time), begins });
+        };
+        tell(self.sums.samples as f64, true);
+        while self.sums.samples < target {
+            // At least two samples: one has no variance.
+            if until.seconds.is_some_and(|seconds| clock() - begun >= seconds) && self.sums.samples > 1 {
+                break;
+            }
+            let pass = clock();
+            let (there, pixels) = (self.sums.samples, self.sums.values.len() as f64);
+            let step = u64::min(next, target - there);
+            self.advance(there + step, &mut |done| {
+                tell(there as f64 + step as f64 * (done as f64 / pixels), false);
+            });
+            let left = until.seconds.map_or(1.0, |seconds| seconds - (clock() - begun));
+            let rate = chunk(step, clock() - pass);
+            next = u64::min(rate, u64::max((rate as f64 * left) as u64, 1));
+            // What took long is not lost, were it the first sample.
+            if clock() - saved > wait {
+                self.save(path)?;
+                (saved, wait) = (clock(), OFTEN);
+            }
+        }
+        Ok(())
     }
 
     /// Adds samples until each pixel has `samples`; `told` is told now and then how many pixels have them.
     pub fn advance(&mut self, samples: u64, told: &mut dyn FnMut(usize)) {
-        self.scene.pixels(&self.view, &mut self.sums, samples, told);
+        self.estimator.pixels(&self.view, &mut self.sums, samples, told);
     }
 
     /// The buffers of [`TRUTH`]; of fewer than two samples the variance is 0.
@@ -124,30 +190,53 @@ impl Truth {
     }
 }
 
-impl Loaded {
-    /// The lights of the scene that this was loaded for, as the ground truth sees them: as they are, or where `truth.bands`
-    /// is not 0, environments and directions projected to so many bands, as prt lights with them.
-    pub fn lights(&self, scene: &Scene) -> Lights {
-        let mut lights = Lights { draw: true, ..Lights::default() };
-        for (index, source) in scene.lights.iter().enumerate() {
-            match *source {
-                Source::Point { position, intensity } => {
-                    lights.casters.push(Caster::Point { position, intensity });
-                }
-                Source::Directional { direction, irradiance } if scene.truth.bands == 0 => {
-                    lights.casters.push(Caster::Directional { direction, irradiance });
-                }
-                Source::Directional { direction, irradiance } => {
-                    lights.environments.push(lobe(scene.truth.bands, direction, irradiance));
-                }
-                Source::Environment { .. } => {
-                    let seen = self.environment(index).map(|all| environment(all, scene.truth.bands));
-                    lights.environments.extend(seen);
-                }
-            }
-        }
-        lights
+/// What a scene's light travels through, and the transport that is traced.
+fn prepare(scene: &Scene, stage: Stage) -> Result<(Estimator, Transport), Error> {
+    let transport = match scene.truth.model {
+        Some(transport) => transport,
+        None => (scene.technique.transport)(&stage, &scene.values)?,
+    };
+    if transport != Transport::Surface && scene.truth.bounces.is_some() {
+        return Err(Error::new("counts reflections between surfaces, which this model has not")
+            .key("truth.bounces")
+            .remedy("leave it out, or set truth.model to \"surface\""));
     }
+    let model = match transport {
+        Transport::Surface => surface(stage.surface, scene.truth.bounces),
+        Transport::Medium => truth::Model::Medium(Volume::new(&stage.medium, scene.truth.anisotropy)),
+        Transport::Dipole => truth::Model::Dipole { medium: stage.medium, normals: Normals::Interpolated },
+    };
+    let casting = stage.lights.iter().position(Light::casts);
+    let lights = lights(&stage.lights, scene.truth.bands);
+    let estimator = Estimator::new(stage.solid, model, lights);
+    estimator.check().map_err(|error| error.key(format!("light[{}].kind", casting.unwrap_or_default())))?;
+    if transport == Transport::Medium && estimator.encloses(stage.camera.position) {
+        return Err(Error::new("is inside the solid, and a walk through a medium begins outside of it")
+            .key("camera.position")
+            .remedy("move the camera out of the solid"));
+    }
+    Ok((estimator, transport))
+}
+
+/// Lights as the ground truth sees them: as they are, or where `bands` is not 0, environments and directions projected to
+/// so many bands, as techniques light with them.
+pub fn lights(all: &[Light], bands: usize) -> Lights {
+    let mut lights = Lights { draw: true, ..Lights::default() };
+    for light in all {
+        match light {
+            Light::Point { position, intensity } => {
+                lights.lamps.push(Lamp::Point { position: *position, intensity: *intensity });
+            }
+            Light::Directional { direction, irradiance } if bands == 0 => {
+                lights.lamps.push(Lamp::Directional { direction: *direction, irradiance: *irradiance });
+            }
+            Light::Directional { direction, irradiance } => {
+                lights.environments.push(lobe(bands, *direction, *irradiance));
+            }
+            Light::Environment { environment: all, .. } => lights.environments.push(environment(all, bands)),
+        }
+    }
+    lights
 }
 
 /// An environment as it is (0 bands), or projected.
@@ -177,64 +266,21 @@ pub fn surface(brdf: Brdf, bounces: Option<usize>) -> truth::Model {
     truth::Model::Surface { brdf, bounces, normals: Normals::Interpolated }
 }
 
-fn model(scene: &Scene) -> Result<Model, Error> {
-    let reflects = scene.surface.albedo != Vec3::ZERO || scene.surface.gloss != Gloss::None;
-    match (scene.truth.model, scene.technique, scene.prt.subsurface) {
-        (Some(model), ..) => Ok(model),
-        (None, Technique::Prt, Subsurface::None) => Ok(Model::Surface),
-        (None, Technique::Prt, Subsurface::Dipole) if reflects => {
-            Err(Error::new("is absent, and the solid both reflects and has light go through it")
-                .key("truth.model")
-                .remedy("set it to \"surface\" or \"dipole\": the whole light is the sum of the two"))
-        }
-        (None, Technique::Prt, Subsurface::Dipole) | (None, Technique::Translucency, _) => Ok(Model::Dipole),
-    }
-}
-
-/// The settings on which samples depend: not those of the techniques' own knobs, nor of the preview. What the solid is
-/// made of is told by the model, since a scene's settings are those that its technique reads.
-fn settings(scene: &Scene, model: &truth::Model) -> serde_json::Map<String, serde_json::Value> {
-    let matters = |key: &str| match key.split_once('.') {
-        Some((table, _)) => {
-            !["translucency", "prt", "material", "surface"].contains(&table) && key != "image.exposure"
-        }
-        None => !["technique", "frame_rate"].contains(&key),
-    };
-    let all = scene.settings.iter().filter(|(key, _)| matters(key));
-    let mut settings: serde_json::Map<_, _> = all.map(|(key, value)| (key.clone(), value.clone())).collect();
-    let mut set = |key: &str, value: serde_json::Value| drop(settings.insert(key.into(), value));
-    // With the digits that tell an `f32` from its neighbours, as people write them.
-    let number = |value: f32| serde_json::from_str(&value.to_string()).unwrap_or_default();
-    let three = |values: [f32; 3]| values.into_iter().map(number).collect::<serde_json::Value>();
-    let name = match model {
-        truth::Model::Surface { brdf, .. } => {
-            set("surface.albedo", three(brdf.albedo.to_array()));
-            set("surface.specular", three(brdf.specular.to_array()));
-            match brdf.gloss {
-                Gloss::None => set("surface.highlight", json!("none")),
-                Gloss::Phong { exponent } => set("surface.exponent", number(exponent)),
-                Gloss::CookTorrance { roughness } => set("surface.roughness", number(roughness)),
-            }
-            "surface"
-        }
-        truth::Model::Medium(_) | truth::Model::Dipole { .. } => {
-            set("material.scattering", three(scene.medium.scattering));
-            set("material.absorption", three(scene.medium.absorption));
-            set("material.eta", number(scene.medium.eta));
-            if matches!(model, truth::Model::Medium(_)) { "medium" } else { "dipole" }
-        }
-    };
-    set("truth.model", json!(name));
-    let truth = &scene.truth;
-    set("truth.bands", json!(truth.bands));
-    set("truth.bounces", json!(truth.bounces));
-    set("truth.anisotropy", number(truth.anisotropy));
-    set("truth.filter", json!(format!("{:?}", truth.filter).to_lowercase()));
+/// The settings on which samples depend: those that bear on the ground truth, and of the solid's materials the one that
+/// the transport meets.
+fn settings(scene: &Scene, transport: Transport) -> serde_json::Map<String, serde_json::Value> {
+    let mut settings = scene.values.bearing(Bears::Truth, |key| match key.table {
+        "surface" => transport == Transport::Surface,
+        "material" => transport != Transport::Surface,
+        "truth" => true,
+        table => keys::reads(scene.technique, table),
+    });
+    settings.insert("truth.model".into(), transport.name().into());
     settings
 }
 
 /// The chunk in which samples are taken between two looks at the clock: whole passes over the image that take about a
 /// second, by how long the last ones took.
-pub fn chunk(last: u64, seconds: f64) -> u64 {
+fn chunk(last: u64, seconds: f64) -> u64 {
     max((last as f64 / max(seconds, 1e-6)) as u64, 1)
 }

@@ -1,59 +1,37 @@
-//! Scenes: TOML files that say what to render. [`keys`] has every key, `reader.rs` checks a file against
-//! them, [`Assets`] finds the files that it names.
+//! Scenes: TOML files that say what to render. [`keys`] has the shared keys, `reader.rs` makes a scene of a file's checked
+//! values, [`Assets`] yields the files that it names.
 
+mod assets;
 pub mod keys;
 mod reader;
-mod value;
+
+pub use assets::Assets;
 
 use crate::Error;
-use crate::techniques::{prt, translucency};
-use crate::truth::Filter;
+use crate::keys::{Bears, Values};
+use crate::store::file;
+use crate::techniques::{self, Outline, Technique};
+use crate::truth;
 use crate::world::brdf::Brdf;
 use crate::world::camera::Camera;
 use crate::world::deform::{Bend, Wave};
 use crate::world::medium::Medium;
 use glam::Vec3;
-use reader::Reader;
 use serde_json::{Map, Value as Json};
-use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Path, PathBuf};
-use value::Value;
 
 /// The largest scene file that is read, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
-
-/// What renders a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Technique {
-    /// Translucent solids after Banterle and Chalmers.
-    Translucency,
-    /// Precomputed radiance transfer at vertices.
-    Prt,
-}
-
-impl Technique {
-    /// Its name in scenes and before the names of its passes, one of [`keys::TECHNIQUES`].
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Translucency => "translucency",
-            Self::Prt => "prt",
-        }
-    }
-}
 
 /// A checked scene. Its lengths are in its own unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// The file it came from.
     pub file: PathBuf,
-    /// Every setting that holds for its technique, given or by default, by its key: not those of other techniques nor
-    /// of the ground truth, and of `[bend]` only where the scene has that table.
-    pub settings: Map<String, Json>,
-    /// The line of the file, from 1, of every key that it has.
-    pub lines: BTreeMap<String, usize>,
+    /// Every value that holds, given or by default. The fields below are what they come to; the techniques read their own.
+    pub values: Values,
     /// What renders it.
-    pub technique: Technique,
+    pub technique: &'static Technique,
     /// The time that is rendered, in seconds.
     pub time: f64,
     /// Frames a second of a sequence.
@@ -80,38 +58,8 @@ pub struct Scene {
     pub surface: Brdf,
     /// What lights it, in the file's order.
     pub lights: Vec<Source>,
-    /// The knobs of the translucency technique.
-    pub translucency: translucency::Settings,
-    /// The knobs of precomputed radiance transfer.
-    pub prt: prt::Settings,
     /// What the ground truth traces.
-    pub truth: Truth,
-}
-
-/// What the ground truth traces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Truth {
-    /// Which transport; `None` for the technique's own.
-    pub model: Option<Model>,
-    /// Bands to which an environment is seen; 0 for the environment itself.
-    pub bands: usize,
-    /// The most reflections between points of the solid before the one to the eye; `None` for no limit.
-    pub bounces: Option<usize>,
-    /// Mean cosine of the scattering angle in the medium.
-    pub anisotropy: f32,
-    /// Where in a pixel its samples lie.
-    pub filter: Filter,
-}
-
-/// A model of light transport.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Model {
-    /// Reflection between surfaces.
-    Surface,
-    /// Scattering in the medium.
-    Medium,
-    /// The dipole over the surface.
-    Dipole,
+    pub truth: truth::Settings,
 }
 
 /// A solid before it is loaded.
@@ -129,13 +77,26 @@ pub struct Solid {
     pub center: Vec3,
 }
 
+/// A procedural shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// A sphere.
+    Sphere,
+    /// A tube along a trefoil knot.
+    TorusKnot,
+    /// A solid with three handles.
+    Genus3,
+    /// A cuboid.
+    Cuboid,
+}
+
 /// Where a solid comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Origin {
-    /// A procedural shape, by its name in [`keys::SHAPES`].
+    /// A procedural shape.
     Shape {
-        /// The name.
-        name: String,
+        /// Which.
+        shape: Shape,
         /// How finely it is divided.
         resolution: usize,
         /// Side lengths of a cuboid.
@@ -171,6 +132,16 @@ pub enum Source {
     },
 }
 
+impl Source {
+    /// The asset that it is, if it is one.
+    pub fn asset(&self) -> Option<&str> {
+        match self {
+            Self::Environment { radiance: Radiance::File(name), .. } => Some(name),
+            _ => None,
+        }
+    }
+}
+
 /// Where the radiance of an environment comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Radiance {
@@ -182,82 +153,23 @@ pub enum Radiance {
     Constant(Vec3),
 }
 
-/// The folder of real models and probes.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Assets(pub Option<PathBuf>);
-
-impl Assets {
-    /// The folder named by the variable `BITLIGHT_ASSETS`, if it is set.
-    pub fn from_environment() -> Self {
-        Self(std::env::var_os("BITLIGHT_ASSETS").map(PathBuf::from))
-    }
-
-    /// The path of an asset.
-    ///
-    /// # Errors
-    /// Where no folder is known or the file is not there, naming the file and what to do.
-    pub fn find(&self, name: &str) -> Result<PathBuf, Error> {
-        let remedy = "give the folder of assets by --assets DIR or BITLIGHT_ASSETS";
-        let Some(folder) = &self.0 else {
-            return Err(Error::new("an asset, and no folder of assets is known").file(name).remedy(remedy));
-        };
-        let path = folder.join(name);
-        if path.is_file() {
-            Ok(path)
-        } else {
-            Err(Error::new("there is no such asset").file(path).remedy(remedy))
-        }
-    }
-}
-
-/// Every scene file (`.toml`) below a folder, in the order of their paths.
-///
-/// # Errors
-/// A folder that cannot be read, naming it.
-pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let refused = |error| {
-        Error::new(format!("cannot be read: {error}"))
-            .file(folder)
-            .remedy("name the scenes, or go where they are")
-    };
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(refused)? {
-        let path = entry.map_err(refused)?.path();
-        if path.is_dir() {
-            found.extend(files(&path)?);
-        } else if path.extension().is_some_and(|ending| ending == "toml") {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
-}
-
 impl Scene {
     /// Reads and checks a scene file; `set` holds assignments `key=value` that override it.
     ///
     /// # Errors
     /// What is missing, unknown or out of range, naming file, line, key and remedy.
-    pub fn read(file: &Path, set: &[String]) -> Result<Self, Error> {
-        let refused = |error: std::io::Error| {
-            Error::new(format!("cannot be read: {error}"))
-                .file(file)
-                .remedy("`bitlight init translucency` writes a scene to start from")
-        };
-        let mut bytes = Vec::new();
-        // What is no plain file has no length: it is read to one byte beyond the limit at most.
-        let read =
-            std::fs::File::open(file).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
-        if read.map_err(refused)? as u64 > MAX_BYTES {
-            return Err(Error::new(format!("is longer than {MAX_BYTES} bytes, the most of a scene"))
-                .file(file)
-                .remedy("check that it is a scene, and leave out what it does not need"));
-        }
+    pub fn read(path: &Path, set: &[String]) -> Result<Self, Error> {
+        let shorter = "check that it is a scene, and leave out what it does not need";
+        let bytes = file::read(path, MAX_BYTES, shorter).map_err(|error| match error.remedy.as_deref() {
+            Some(remedy) if remedy == shorter => error,
+            _ => Error { remedy: None, ..error }
+                .remedy("`bitlight init TECHNIQUE` writes a scene to start from"),
+        })?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
-            Error::new("is not UTF-8 text").file(file).line(line).remedy("save the scene as UTF-8")
+            Error::new("is not UTF-8 text").file(path).line(line).remedy("save the scene as UTF-8")
         })?;
-        Self::parse(text, file, set)
+        Self::parse(text, path, set)
     }
 
     /// Checks the text of a scene; `file` is only named in errors.
@@ -265,25 +177,58 @@ impl Scene {
     /// # Errors
     /// What is missing, unknown or out of range, naming file, line, key and remedy.
     pub fn parse(text: &str, file: &Path, set: &[String]) -> Result<Self, Error> {
-        Reader::new(text, set).and_then(|reader| reader.scene(file)).map_err(|error| error.file(file))
+        Self::parse_as(techniques::ALL, text, file, set)
+    }
+
+    /// [`Self::parse`] for a program with other techniques.
+    ///
+    /// # Errors
+    /// Those of [`Self::parse`].
+    pub fn parse_as(
+        techniques: &[&'static Technique],
+        text: &str,
+        file: &Path,
+        set: &[String],
+    ) -> Result<Self, Error> {
+        let values = Values::new(keys::all(techniques), text, set);
+        values.and_then(|values| reader::scene(values, techniques, file)).map_err(|error| error.file(file))
+    }
+
+    /// Every setting on which some pass depends, given or by default, by its key: not those of other techniques nor of the
+    /// ground truth.
+    pub fn settings(&self) -> Map<String, Json> {
+        self.values.bearing(Bears::Picture, |key| keys::reads(self.technique, key.table))
+    }
+
+    /// What the sizes of the passes' buffers depend on, for a solid of so many vertices.
+    pub fn outline(&self, vertices: usize) -> Outline<'_> {
+        let casts = |light: &&Source| !matches!(light, Source::Environment { .. });
+        Outline {
+            values: &self.values,
+            surface: &self.surface,
+            size: self.size,
+            lights: self.lights.len(),
+            casters: self.lights.iter().filter(casts).count(),
+            vertices,
+        }
     }
 
     /// The assets that the scene names.
     pub fn assets(&self) -> Vec<&str> {
-        let solid = match &self.solid.origin {
+        self.solid_asset().into_iter().chain(self.lights.iter().filter_map(Source::asset)).collect()
+    }
+
+    /// The asset that is the solid, if it is one.
+    pub fn solid_asset(&self) -> Option<&str> {
+        match &self.solid.origin {
             Origin::File(name) => Some(name.as_str()),
             Origin::Shape { .. } => None,
-        };
-        let environments = self.lights.iter().filter_map(|light| match light {
-            Source::Environment { radiance: Radiance::File(name), .. } => Some(name.as_str()),
-            _ => None,
-        });
-        solid.into_iter().chain(environments).collect()
+        }
     }
 
     /// Puts an error that names no file at the scene's file, and at the line of its key.
     pub fn place(&self, error: Error) -> Error {
-        let line = error.key.as_ref().and_then(|key| self.lines.get(key)).copied();
+        let line = error.key.as_ref().and_then(|key| self.values.line(key));
         match line.filter(|_| error.file.is_none()) {
             Some(line) => error.file(&self.file).line(line),
             None => error.file(&self.file),
@@ -294,7 +239,7 @@ impl Scene {
     #[must_use]
     pub fn at(&self, time: f64) -> Self {
         let mut scene = Self { time, ..self.clone() };
-        scene.settings.insert("time".into(), Value::Number(time).to_json());
+        scene.values.set("time", time);
         scene
     }
 
@@ -306,8 +251,9 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::keys::KEYS;
     use super::*;
+    use crate::keys::Value;
+    use crate::techniques::{prt, translucency};
 
     const SMALL: &str = "technique = \"translucency\"\n[camera]\nposition = [0, 0, 4]\n[solid]\nshape = \"sphere\"\n\
         [[light]]\nkind = \"point\"\nposition = [0, 3, 3]\nintensity = [9, 9, 9]\n";
@@ -323,17 +269,18 @@ mod tests {
     #[test]
     fn defaults_fill_what_a_small_scene_leaves_out() {
         let scene = parse(SMALL, &[]).unwrap();
-        assert_eq!((scene.size, scene.camera.fov, scene.translucency.shadow), ([512, 512], 40.0, 512));
-        assert_eq!(scene.settings["translucency.blur"], 8);
-        assert_eq!(scene.settings["light[0].kind"], "point");
+        let shadow = translucency::Settings::read(&scene.values).shadow;
+        assert_eq!((scene.size, scene.camera.fov, shadow), ([512, 512], 40.0, 512));
+        assert_eq!(scene.settings()["translucency.blur"], 8);
+        assert_eq!(scene.settings()["light[0].kind"], "point");
     }
 
     #[test]
     fn set_overrides_and_is_checked_like_the_file() {
         let set = ["translucency.cubemap=32", "material.name=Skin1", "light[0].intensity=[1,2,3]"];
         let scene = parse(SMALL, &set).unwrap();
-        assert_eq!(scene.translucency.cubemap, 32);
-        assert_eq!(scene.settings["material.name"], "Skin1");
+        assert_eq!(translucency::Settings::read(&scene.values).cubemap, 32);
+        assert_eq!(scene.settings()["material.name"], "Skin1");
         assert!(refusal(SMALL, &["translucency.cubmap=32"]).contains("did you mean cubemap?"));
         assert!(refusal(SMALL, &["light[3].intensity=[1,2,3]"]).contains("no such light"));
         assert!(refusal(SMALL, &["camera.fov"]).contains("there is no ="));
@@ -341,15 +288,16 @@ mod tests {
 
     #[test]
     fn the_readings_and_switches_of_translucency_are_read() {
-        use translucency::{Evaluation, Reading};
-        let ours = parse(SMALL, &[]).unwrap().translucency;
+        use crate::keys::Reading;
+        use translucency::{Evaluation, Settings};
+        let ours = Settings::read(&parse(SMALL, &[]).unwrap().values);
         assert_eq!(
             (ours.reading, ours.evaluation, ours.smallest_d),
             (Reading::Corrected, Evaluation::Pixel, None)
         );
         assert!(ours.second_layer && ours.shift_cure && ours.blindness_cure);
         assert_eq!(ours.accumulation, 1);
-        let of = |set: &str| parse(SMALL, &[&format!("translucency.{set}")]).unwrap().translucency;
+        let of = |set: &str| Settings::read(&parse(SMALL, &[&format!("translucency.{set}")]).unwrap().values);
         assert_eq!(of("reading=paper").reading, Reading::Paper);
         assert_eq!(of("evaluation=vertex").evaluation, Evaluation::Vertex);
         assert_eq!(of("smallest_d=0.25").smallest_d, Some(0.25));
@@ -364,8 +312,9 @@ mod tests {
     fn settings_are_those_of_the_technique() {
         let both = format!("{SMALL}[truth]\nbounces = 3\n[prt]\nbands = 2\n[surface]\nalbedo = [1, 1, 1]\n");
         let scene = parse(&both, &[]).unwrap();
-        assert_eq!(scene.settings, parse(SMALL, &[]).unwrap().settings);
-        assert_eq!((scene.truth.bounces, scene.truth.bands, scene.prt.bands), (Some(3), 0, 2));
+        assert_eq!(scene.settings(), parse(SMALL, &[]).unwrap().settings());
+        let bands = prt::Settings::read(&scene.values).bands;
+        assert_eq!((scene.truth.bounces, scene.truth.bands, bands), (Some(3), 0, 2));
         let environment = ["technique=prt", "light[0].kind=environment"];
         assert!(refusal(&both, &["technique=prt"]).contains("a.toml:7: light[0].kind: is point"));
         assert!(refusal(&both, &environment).contains("there is no such key"));
@@ -374,11 +323,10 @@ mod tests {
             .replace("position = [0, 3, 3]", "direction = [0, -1, 0]");
         let scene =
             parse(&sun.replace("intensity", "irradiance"), &["technique=prt", "bend.angle=9"]).unwrap();
-        assert_eq!((&scene.settings["prt.bands"], &scene.settings["bend.period"]), (&2.into(), &1.into()));
+        let settings = scene.settings();
+        assert_eq!((&settings["prt.bands"], &settings["bend.period"]), (&2.into(), &1.into()));
         assert_eq!(scene.surface.albedo, Vec3::ONE);
-        assert!(
-            scene.settings.keys().all(|key| !key.starts_with("translucency") && !key.starts_with("truth"))
-        );
+        assert!(settings.keys().all(|key| !key.starts_with("translucency") && !key.starts_with("truth")));
     }
 
     #[test]
@@ -405,11 +353,11 @@ mod tests {
 
     #[test]
     fn the_template_is_a_scene_and_every_default_is_accepted() {
-        for technique in keys::TECHNIQUES {
+        for technique in techniques::ALL {
             let scene = parse(&keys::template(technique), &[]).unwrap();
-            assert_eq!(scene.technique.name(), *technique);
+            assert_eq!(scene.technique, *technique);
         }
-        for key in KEYS {
+        for key in keys::all(techniques::ALL) {
             let text = key.default.unwrap_or(key.example);
             assert!(key.kind.accepts(&Value::parse(text).unwrap()), "{} = {text}", key.name);
         }
@@ -418,6 +366,10 @@ mod tests {
     #[test]
     fn the_committed_schema_is_the_generated_one() {
         let committed: Json = serde_json::from_str(include_str!("../../scenes/schema.json")).unwrap();
-        assert_eq!(committed, keys::schema(), "run `bitlight init --schema > scenes/schema.json`");
+        assert_eq!(
+            committed,
+            keys::schema(techniques::ALL),
+            "run `bitlight init --schema > scenes/schema.json`"
+        );
     }
 }

@@ -12,7 +12,7 @@
 
 use super::path::arriving;
 use super::place::Place;
-use super::{Normals, Scene};
+use super::{Estimator, Normals};
 use crate::numeric::order::max;
 use crate::numeric::random::Sample;
 use crate::numeric::turns::sin_cos;
@@ -28,7 +28,7 @@ const OFTEN: [f32; 3] = [0.5, 0.25, 0.25];
 
 /// One sample of the radiance that leaves `place` towards the unit vector `eye`.
 pub(super) fn seen(
-    scene: &Scene,
+    scene: &Estimator,
     medium: &Medium,
     normals: Normals,
     place: Place,
@@ -40,7 +40,7 @@ pub(super) fn seen(
 }
 
 /// One sample of B(x), Eq. 2.
-fn radiosity(scene: &Scene, medium: &Medium, normals: Normals, x: &Place, random: &mut Sample) -> Vec3 {
+fn radiosity(scene: &Estimator, medium: &Medium, normals: Normals, x: &Place, random: &mut Sample) -> Vec3 {
     let [u, v] = frame(x.face);
     let axes = [x.face, u, v];
     let choice = random.unit();
@@ -98,10 +98,10 @@ fn spread(medium: &Medium, squared: f32) -> f32 {
 }
 
 /// One sample of the irradiance that enters at y: E of Eq. 2, RGB.
-fn entering(scene: &Scene, medium: &Medium, y: &Place, random: &mut Sample) -> Vec3 {
+fn entering(scene: &Estimator, medium: &Medium, y: &Place, random: &mut Sample) -> Vec3 {
     let free = |direction: Vec3, ray: &Ray| direction.dot(y.face) > 0.0 && !scene.bvh.blocked(ray);
     let mut total = Vec3::ZERO;
-    for caster in &scene.lights.casters {
+    for caster in &scene.lights.lamps {
         let (ray, towards, irradiance) = arriving(caster, y);
         let cosine = towards.dot(y.normal);
         if cosine > 0.0 && free(towards, &ray) {

@@ -11,7 +11,7 @@ use glam::Vec3;
 
 /// A light that comes from one point or direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Caster {
+pub enum Lamp {
     /// A point that shines alike in all directions.
     Point {
         /// In the scene's unit.
@@ -170,7 +170,7 @@ impl Environment {
 #[derive(Debug, Clone, Default)]
 pub struct Lights {
     /// Points and directions.
-    pub casters: Vec<Caster>,
+    pub lamps: Vec<Lamp>,
     /// Environments; they add up.
     pub environments: Vec<Environment>,
     /// Whether maps are drawn from, each draw weighted with the surface's own; else the surface alone is drawn from, which

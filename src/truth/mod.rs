@@ -13,13 +13,15 @@ mod dipole;
 mod lights;
 mod path;
 mod place;
+mod settings;
 mod state;
 mod sums;
 mod walk;
 
 pub use boundary::{fresnel, refract};
-pub use lights::{Caster, Environment, Lights, Map};
-pub use state::Identity;
+pub use lights::{Environment, Lamp, Lights, Map};
+pub use settings::{KEYS, Settings, Transport};
+pub use state::{ANEW, Identity, state_bytes};
 pub use sums::Sums;
 pub use walk::{Volume, henyey_greenstein, scatter};
 
@@ -35,6 +37,7 @@ use crate::world::mesh::{Bounds, Mesh};
 use clearance::Clearance;
 use glam::Vec3;
 use place::Place;
+use std::sync::Arc;
 
 /// Which normals reflection is computed with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,10 +72,10 @@ pub enum Model {
     },
 }
 
-/// What light travels through.
+/// What light travels through, and what is asked for samples of it.
 #[derive(Debug, Clone)]
-pub struct Scene {
-    mesh: Mesh,
+pub struct Estimator {
+    mesh: Arc<Mesh>,
     bvh: Bvh,
     bounds: Bounds,
     /// Of a medium's boundary.
@@ -137,9 +140,10 @@ impl Rays {
     }
 }
 
-impl Scene {
-    /// A scene without emitting triangles.
-    pub fn new(mesh: Mesh, model: Model, lights: Lights) -> Self {
+impl Estimator {
+    /// One without emitting triangles.
+    pub fn new(mesh: impl Into<Arc<Mesh>>, model: Model, lights: Lights) -> Self {
+        let mesh = mesh.into();
         let (bvh, bounds) = (Bvh::new(&mesh), mesh.bounds());
         let walks = matches!(model, Model::Medium(_));
         let clearance = walks.then(|| Clearance::new(bvh.corners(), &bounds));
@@ -259,7 +263,7 @@ impl Scene {
     /// # Panics
     /// As [`Self::leaving`].
     pub fn vertices(&self, sums: &mut Sums, samples: u64) {
-        let Mesh { positions, normals, .. } = &self.mesh;
+        let Mesh { positions, normals, .. } = &*self.mesh;
         let of = |vertex: usize| {
             let (point, normal) = (positions[vertex], normals[vertex]);
             move |random: &mut Sample| self.leaving(point, normal, normal, random)

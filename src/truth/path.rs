@@ -7,7 +7,7 @@
 //! result is linear in the light, sample by sample. Emitting triangles are met in the same way.
 
 use super::place::Place;
-use super::{Caster, Model, Scene};
+use super::{Estimator, Lamp, Model};
 use crate::numeric::order::{max, min};
 use crate::numeric::random::Sample;
 use crate::numeric::vector::{frame, unit_or_zero};
@@ -55,7 +55,7 @@ impl Local {
 
 /// One sample of the radiance that a place reflects towards the unit vector `eye`, with at most `bounces` reflections.
 pub(super) fn reflected(
-    scene: &Scene,
+    scene: &Estimator,
     brdf: &Brdf,
     bounces: Option<u32>,
     place: Place,
@@ -94,9 +94,9 @@ pub(super) fn reflected(
 }
 
 /// Light that comes straight from points, directions and maps, reflected once.
-fn direct(scene: &Scene, brdf: &Brdf, at: &Local, random: &mut Sample) -> Vec3 {
+fn direct(scene: &Estimator, brdf: &Brdf, at: &Local, random: &mut Sample) -> Vec3 {
     let mut total = Vec3::ZERO;
-    for caster in &scene.lights.casters {
+    for caster in &scene.lights.lamps {
         let (ray, towards, irradiance) = arriving(caster, &at.place);
         let light = at.local(towards);
         if light.z > 0.0 && at.above(towards) && !scene.bvh.blocked(&ray) {
@@ -118,12 +118,12 @@ fn direct(scene: &Scene, brdf: &Brdf, at: &Local, random: &mut Sample) -> Vec3 {
 
 /// The shadow ray from a place to a light, the unit vector towards the light, and the irradiance there of a surface that
 /// faces it.
-pub(super) fn arriving(caster: &Caster, place: &Place) -> (Ray, Vec3, Vec3) {
+pub(super) fn arriving(caster: &Lamp, place: &Place) -> (Ray, Vec3, Vec3) {
     match *caster {
-        Caster::Point { position, intensity } => {
+        Lamp::Point { position, intensity } => {
             let to = position - place.point;
             (place.ray_to(position), unit_or_zero(to), intensity / to.length_squared())
         }
-        Caster::Directional { direction, irradiance } => (place.ray(-direction), -direction, irradiance),
+        Lamp::Directional { direction, irradiance } => (place.ray(-direction), -direction, irradiance),
     }
 }

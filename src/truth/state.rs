@@ -4,13 +4,12 @@
 
 use super::Sums;
 use crate::Error;
-use crate::pass::file;
+use crate::keys::difference;
 use serde_json::{Map, Value as Json, json};
-use std::io::Write;
-use std::path::Path;
+use std::io::{self, Write};
 
 /// Changes with the meaning of the file and with every change of an estimator that changes its samples.
-const FORMAT: &str = "bitlight truth 2";
+const FORMAT: &str = "bitlight truth 3";
 
 /// The most bytes of the first line.
 const MAX_HEADER: u64 = 1 << 20;
@@ -20,16 +19,16 @@ const MAX_HEADER: u64 = 1 << 20;
 pub struct Identity {
     /// The settings that matter, by their keys.
     pub settings: Map<String, Json>,
-    /// The digest of what the settings name: mesh and lights ([`super::Scene::digest`]).
+    /// The digest of what the settings name: mesh and lights ([`super::Estimator::digest`]).
     pub data: String,
 }
 
 impl Identity {
-    /// Writes the sums so far, whole or not at all.
+    /// Writes the sums so far.
     ///
     /// # Errors
-    /// What the system refuses, naming the file.
-    pub fn write(&self, path: &Path, sums: &Sums) -> Result<(), Error> {
+    /// What the writer refuses.
+    pub fn write(&self, out: &mut impl Write, sums: &Sums) -> io::Result<()> {
         let bytes: Vec<u8> =
             sums.values.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect();
         let header = json!({
@@ -39,23 +38,17 @@ impl Identity {
             "data": self.data,
             "settings": self.settings,
         });
-        file::write(path, |out| {
-            writeln!(out, "{header}")?;
-            out.write_all(&bytes)
-        })
+        writeln!(out, "{header}")?;
+        out.write_all(&bytes)
     }
 
-    /// The sums of `count` pixels that an earlier run left at `path`; `None` where there is no such file.
+    /// The sums of `count` pixels that [`Self::write`] wrote.
     ///
     /// # Errors
-    /// A file that is none or is damaged, and the sums of another scene or other settings: what differs is named.
-    pub fn read(&self, path: &Path, count: usize) -> Result<Option<Sums>, Error> {
-        if !path.exists() {
-            return Ok(None);
-        }
-        let length = count as u64 * 48;
-        let bytes = file::read(path, length + MAX_HEADER, ANEW)?;
-        let refused = |what: String| Err(Error::new(what).file(path).remedy(ANEW));
+    /// Bytes that are no state or are damaged, and the sums of another scene or other settings: what differs is named.
+    pub fn parse(&self, bytes: &[u8], count: usize) -> Result<Sums, Error> {
+        let length = count * 48;
+        let refused = |what: String| Err(Error::new(what).remedy(ANEW));
         let end = bytes.iter().position(|byte| *byte == b'\n');
         let header: Option<Json> = end.and_then(|end| serde_json::from_slice(&bytes[..end]).ok());
         let (Some(end), Some(header)) = (end, header) else {
@@ -67,35 +60,31 @@ impl Identity {
                 header["format"]
             ));
         }
-        if let Some(difference) = self.difference(&header["settings"]) {
-            return refused(format!("is a state of other settings: {difference}"));
+        let empty = Map::new();
+        let there = header["settings"].as_object().unwrap_or(&empty);
+        if let Some((key, here, there)) = difference(&self.settings, there) {
+            let says = |value: &Json| if value.is_null() { "absent".into() } else { value.to_string() };
+            let what = format!("{key} is {} there and {} here", says(there), says(here));
+            return refused(format!("is a state of other settings: {what}"));
         }
         if header["data"] != self.data.as_str() {
             return refused("is a state of another scene: a model or an environment was another then".into());
         }
         let sums = &bytes[end + 1..];
-        let samples = header["samples"].as_u64().filter(|_| sums.len() as u64 == length);
+        let samples = header["samples"].as_u64().filter(|_| sums.len() == length);
         let Some(samples) = samples.filter(|samples| header["sums"] == digest(*samples, sums).as_str())
         else {
             return refused("is a damaged state of a ground truth".into());
         };
         let numbers = sums.as_chunks::<8>().0.as_chunks::<6>().0;
         let values = numbers.iter().map(|pixel| pixel.map(f64::from_le_bytes)).collect();
-        Ok(Some(Sums { samples, values }))
+        Ok(Sums { samples, values })
     }
+}
 
-    /// The first setting that is another there.
-    fn difference(&self, there: &Json) -> Option<String> {
-        let empty = Map::new();
-        let there = there.as_object().unwrap_or(&empty);
-        let says = |map: &Map<String, Json>, key: &str| {
-            map.get(key).map_or_else(|| "absent".to_owned(), ToString::to_string)
-        };
-        let keys = self.settings.keys().chain(there.keys());
-        keys.into_iter()
-            .find(|key| self.settings.get(*key) != there.get(*key))
-            .map(|key| format!("{key} is {} there and {} here", says(there, key), says(&self.settings, key)))
-    }
+/// The most bytes of a state of `count` pixels.
+pub fn state_bytes(count: usize) -> u64 {
+    count as u64 * 48 + MAX_HEADER
 }
 
 /// BLAKE3 over the number of samples and the sums.
@@ -103,4 +92,5 @@ fn digest(samples: u64, sums: &[u8]) -> String {
     blake3::Hasher::new().update(&samples.to_le_bytes()).update(sums).finalize().to_hex().to_string()
 }
 
-const ANEW: &str = "give another folder with -o, or delete it to begin anew";
+/// What to do about a state that cannot be gone on from.
+pub const ANEW: &str = "give another folder with -o, or delete it to begin anew";

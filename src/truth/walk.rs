@@ -16,7 +16,7 @@
 use super::boundary::{fresnel, mirror, refract};
 use super::path::arriving;
 use super::place::Place;
-use super::{Normals, Scene};
+use super::{Estimator, Normals};
 use crate::Error;
 use crate::numeric::order::{clamp, max};
 use crate::numeric::random::Sample;
@@ -168,7 +168,7 @@ impl<'a> Path<'a> {
 /// # Errors
 /// A medium without scattering and absorption in some channel, a mesh that is not closed, and with η ≠ 1 a light that is
 /// a point or a direction.
-pub(super) fn check(scene: &Scene, volume: &Volume) -> Result<(), Error> {
+pub(super) fn check(scene: &Estimator, volume: &Volume) -> Result<(), Error> {
     if !(0..3).all(|channel| volume.extinction(channel) > 0.0) {
         return Err(Error::new("the medium neither scatters nor absorbs in some channel")
             .key("material.scattering")
@@ -179,7 +179,7 @@ pub(super) fn check(scene: &Scene, volume: &Volume) -> Result<(), Error> {
             .key("solid")
             .remedy("close its mesh, or use truth.model = \"dipole\" or \"surface\""));
     }
-    if volume.eta != 1.0 && !scene.lights.casters.is_empty() {
+    if volume.eta != 1.0 && !scene.lights.lamps.is_empty() {
         return Err(Error::new(
             "a walk through a boundary that refracts never meets a light that is a point or a direction",
         )
@@ -191,7 +191,7 @@ pub(super) fn check(scene: &Scene, volume: &Volume) -> Result<(), Error> {
 }
 
 /// One sample of the radiance that leaves the boundary at `place` towards the unit vector `eye`; the eye is outside.
-pub(super) fn seen(scene: &Scene, volume: &Volume, place: Place, eye: Vec3, random: &mut Sample) -> Vec3 {
+pub(super) fn seen(scene: &Estimator, volume: &Volume, place: Place, eye: Vec3, random: &mut Sample) -> Vec3 {
     let bounds = scene.bounds;
     let mut path = Path::new(volume, random);
     let mut total = Vec3::ZERO;
@@ -223,14 +223,14 @@ pub(super) fn seen(scene: &Scene, volume: &Volume, place: Place, eye: Vec3, rand
 }
 
 /// Where a ray that leaves the solid meets it again.
-fn outside(scene: &Scene, place: &Place, direction: Vec3) -> Option<Place> {
+fn outside(scene: &Estimator, place: &Place, direction: Vec3) -> Option<Place> {
     let hit = scene.bvh.nearest(&place.ray(direction))?;
     Some(Place::new(&scene.mesh, &scene.bvh, &hit, Normals::Face))
 }
 
 /// Walks from a place of the boundary inward until the path leaves: where, and in which direction. None where it ends.
 fn inside(
-    scene: &Scene,
+    scene: &Estimator,
     path: &mut Path<'_>,
     place: Place,
     direction: Vec3,
@@ -257,7 +257,7 @@ fn inside(
             if !within || !path.survives(random) {
                 return None;
             }
-            if !scene.lights.casters.is_empty() {
+            if !scene.lights.lamps.is_empty() {
                 *total += joined(scene, path, point, direction);
             }
             direction = scatter(volume.anisotropy, direction, random.pair());
@@ -280,9 +280,9 @@ fn inside(
 }
 
 /// The light of points and directions that scatters at `point` back along the path, where η = 1.
-fn joined(scene: &Scene, path: &Path<'_>, point: Vec3, direction: Vec3) -> Vec3 {
+fn joined(scene: &Estimator, path: &Path<'_>, point: Vec3, direction: Vec3) -> Vec3 {
     let mut total = Vec3::ZERO;
-    for caster in &scene.lights.casters {
+    for caster in &scene.lights.lamps {
         let (mut ray, towards, irradiance) = arriving(caster, &Place::free(point, Vec3::Z));
         let scale = ray.direction.length();
         // The length inside: every crossing changes sides, the last leads out.

@@ -1,6 +1,8 @@
 //! Lights: points, directions and environments.
 
+use crate::sphere::environment::Environment;
 use glam::Vec3;
+use std::sync::Arc;
 
 /// A source of light.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,11 +21,12 @@ pub enum Light {
         /// Irradiance on a surface that faces it, RGB.
         irradiance: Vec3,
     },
-    /// Light from all around, as the nine spherical-harmonic coefficients of its radiance: what irradiance needs
-    /// (Ramamoorthi and Hanrahan 2001).
+    /// Light from all around.
     Environment {
-        /// RGB coefficients in order l² + l + m.
-        coefficients: [[f32; 3]; 9],
+        /// Its radiance.
+        environment: Arc<Environment>,
+        /// RGB coefficients of its radiance in order l² + l + m, in as many bands as the technique takes.
+        coefficients: Vec<[f32; 3]>,
     },
 }
 
@@ -31,6 +34,17 @@ impl Light {
     /// Whether the light comes from one point or direction, so has a shadow map and a thickness.
     pub fn casts(&self) -> bool {
         !matches!(self, Self::Environment { .. })
+    }
+
+    /// The first nine coefficients of an environment, which irradiance needs (Ramamoorthi and Hanrahan 2001).
+    ///
+    /// # Panics
+    /// Where it has fewer.
+    pub fn nine(&self) -> Option<[[f32; 3]; 9]> {
+        match self {
+            Self::Environment { coefficients, .. } => Some(std::array::from_fn(|index| coefficients[index])),
+            _ => None,
+        }
     }
 
     /// The light as loops over many points take it.

@@ -9,4 +9,7 @@ pub mod medium;
 pub mod mesh;
 pub mod obj;
 pub mod shapes;
+mod stage;
 pub mod write;
+
+pub use stage::Stage;

@@ -18,22 +18,14 @@ use glam::Vec3;
 
 use super::mesh::{MAX_COORDINATE, MAX_TRIANGLES, Mesh};
 use crate::Error;
-use crate::pass::file;
 
 /// The largest file that is read, in bytes.
 pub const MAX_BYTES: u64 = 1 << 30;
 
-/// Reads the OBJ file at `path`.
-///
-/// # Errors
-/// Those of [`parse`]; and if the file cannot be read or is longer than [`MAX_BYTES`], found before it is
-/// held in memory.
-pub fn read(path: impl AsRef<Path>) -> Result<Mesh, Error> {
-    let path = path.as_ref();
-    parse(&file::read(path, MAX_BYTES, "simplify the mesh or write fewer decimals")?, path)
-}
+/// What to do about a longer one.
+pub(crate) const SHORTER: &str = "simplify the mesh or write fewer decimals";
 
-/// The mesh of an OBJ file that is already in memory; `name` is the file that errors name.
+/// The mesh of an OBJ file; `name` is the file that errors name.
 ///
 /// Faces must follow the vertices that they name, as they do wherever relative (negative) indices are to have
 /// a meaning. Bytes that are not UTF-8 are accepted where nothing is read, as in comments and names. A file cut
@@ -267,18 +259,5 @@ mod tests {
         assert!(refusal("").contains("no triangle"));
         assert!(refusal(start).starts_with("bad.obj: "));
         assert!(refusal("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n").contains("has an area"));
-    }
-
-    #[test]
-    fn a_file_that_cannot_be_read_is_an_error() {
-        let folder = tempfile::tempdir().unwrap();
-        for path in [folder.path().to_path_buf(), folder.path().join("absent.obj")] {
-            let error = read(&path).unwrap_err();
-            assert_eq!(error.file.as_deref(), Some(path.as_path()));
-            assert!(error.remedy.is_some(), "{error}");
-        }
-        let huge = folder.path().join("huge.obj");
-        std::fs::File::create(&huge).unwrap().set_len(MAX_BYTES + 1).unwrap(); // sparse
-        assert!(read(&huge).unwrap_err().what.contains("longer than"));
     }
 }

@@ -3,42 +3,37 @@
 //! Both hold every vertex and triangle in the mesh's order, with the bits of its numbers (−0 as +0).
 
 use super::mesh::{Bounds, Mesh};
-use crate::Error;
 use crate::numeric::order::{max3, min3};
-use crate::pass::file;
 use glam::Vec3;
 use serde_json::json;
 use std::io::{self, Write};
-use std::path::Path;
 
-/// Writes `mesh` as an OBJ file: `v`, `vn` and `f a//a b//b c//c`, each number as the shortest decimal that is read as
+/// Writes `mesh` as OBJ: `v`, `vn` and `f a//a b//b c//c`, each number as the shortest decimal that is read as
 /// the same `f32`.
 ///
 /// # Errors
-/// What the system refuses, naming the file.
-pub fn obj(path: &Path, mesh: &Mesh) -> Result<(), Error> {
+/// What the writer refuses.
+pub fn obj(out: &mut impl Write, mesh: &Mesh) -> io::Result<()> {
     fn vectors(out: &mut impl Write, keyword: &str, vectors: &[Vec3]) -> io::Result<()> {
         vectors
             .iter()
             .map(|vector| *vector + Vec3::ZERO)
             .try_for_each(|Vec3 { x, y, z }| writeln!(out, "{keyword} {x} {y} {z}"))
     }
-    file::write(path, |out| {
-        vectors(out, "v", &mesh.positions)?;
-        vectors(out, "vn", &mesh.normals)?;
-        mesh.triangles
-            .iter()
-            .map(|triangle| triangle.map(|corner| u64::from(corner) + 1))
-            .try_for_each(|[a, b, c]| writeln!(out, "f {a}//{a} {b}//{b} {c}//{c}"))
-    })
+    vectors(out, "v", &mesh.positions)?;
+    vectors(out, "vn", &mesh.normals)?;
+    mesh.triangles
+        .iter()
+        .map(|triangle| triangle.map(|corner| u64::from(corner) + 1))
+        .try_for_each(|[a, b, c]| writeln!(out, "f {a}//{a} {b}//{b} {c}//{c}"))
 }
 
-/// Writes `mesh` as a GLB file: one mesh with `POSITION`, `NORMAL` and indices of 32 bits. The numbers are in the
+/// Writes `mesh` as GLB: one mesh with `POSITION`, `NORMAL` and indices of 32 bits. The numbers are in the
 /// scene's unit, which is `metres` long; the one node scales them to glTF's metres.
 ///
 /// # Errors
-/// What the system refuses, naming the file.
-pub fn glb(path: &Path, mesh: &Mesh, metres: f32) -> Result<(), Error> {
+/// What the writer refuses.
+pub fn glb(out: &mut impl Write, mesh: &Mesh, metres: f32) -> io::Result<()> {
     let vectors = |vectors: &[Vec3]| -> Vec<u8> {
         vectors
             .iter()
@@ -79,17 +74,15 @@ pub fn glb(path: &Path, mesh: &Mesh, metres: f32) -> Result<(), Error> {
     let mut text = json.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     let total = 12 + 8 + text.len() + 8 + length;
-    file::write(path, |out| {
-        let mut word = |word: usize| out.write_all(&(word as u32).to_le_bytes());
-        word(0x4654_6c67)?; // "glTF"
-        word(2)?;
-        word(total)?;
-        word(text.len())?;
-        word(0x4e4f_534a)?; // "JSON"
-        out.write_all(&text)?;
-        let mut word = |word: usize| out.write_all(&(word as u32).to_le_bytes());
-        word(length)?;
-        word(0x004e_4942)?; // "BIN"
-        parts.iter().try_for_each(|part| out.write_all(part))
-    })
+    let mut word = |word: usize| out.write_all(&(word as u32).to_le_bytes());
+    word(0x4654_6c67)?; // "glTF"
+    word(2)?;
+    word(total)?;
+    word(text.len())?;
+    word(0x4e4f_534a)?; // "JSON"
+    out.write_all(&text)?;
+    let mut word = |word: usize| out.write_all(&(word as u32).to_le_bytes());
+    word(length)?;
+    word(0x004e_4942)?; // "BIN"
+    parts.iter().try_for_each(|part| out.write_all(part))
 }

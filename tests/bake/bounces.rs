@@ -1,7 +1,8 @@
 //! Interreflection: energy, closed rooms and form factors.
 
 use super::{PI, grid, inverted, knot};
-use bitlight::bake::{Directions, Estimate, Reading, diffuse_bounces, gather, meetings, vectors, visibility};
+use bitlight::bake::{Directions, Estimate, diffuse_bounces, gather, meetings, vectors, visibility};
+use bitlight::keys::Reading;
 use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
 use glam::Vec3;

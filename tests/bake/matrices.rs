@@ -2,8 +2,9 @@
 
 use super::{PI, knot, light};
 use bitlight::bake::{
-    Directions, Estimate, Matrices, Reading, brdf, frame, matrices, vectors, visibility, visibility_bands,
+    Directions, Estimate, Matrices, brdf, frame, matrices, vectors, visibility, visibility_bands,
 };
+use bitlight::keys::Reading;
 use bitlight::sphere::quadrature::gauss_legendre;
 use bitlight::sphere::rotation::Rotation;
 use bitlight::sphere::sh;
@@ -130,7 +131,7 @@ fn a_row_of_the_matrix_is_the_diffuse_vector() {
     let all = 0..mesh.positions.len();
     let found = matrices(&mesh, &directions, &seen, 4, Estimate::Plain, all);
     let diffuse = vectors(&mesh, &directions, &seen, 4, Reading::Corrected, Estimate::Plain);
-    let printed = vectors(&mesh, &directions, &seen, 4, Reading::Printed, Estimate::Plain);
+    let printed = vectors(&mesh, &directions, &seen, 4, Reading::Paper, Estimate::Plain);
     for (vertex, matrix) in found.chunks_exact(256).enumerate() {
         for j in 0..16 {
             let cosine = f64::from(matrix[2 * 16 + j]) * (4.0 * PI / 3.0).sqrt() / PI;

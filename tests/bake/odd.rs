@@ -2,10 +2,11 @@
 
 use super::knot;
 use bitlight::bake::{
-    Directions, Estimate, Meetings, Reading, SingleScattering, Visibility, brdf, diffuse_bounces, gather,
+    Directions, Estimate, Meetings, SingleScattering, Visibility, brdf, diffuse_bounces, gather,
     glossy_bounces, irradiance, matrices, meetings, multiple_scattering, single_scattering, vectors,
     visibility,
 };
+use bitlight::keys::Reading;
 use bitlight::trace::Bvh;
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::medium::Medium;
@@ -31,7 +32,7 @@ fn all(mesh: &Mesh) -> (Visibility, Meetings, Vec<Result>) {
     let gloss = brdf::matrix(&gloss, 2);
     let single = SingleScattering { anisotropy: 0.3, points: 3 };
     let results = vec![
-        ("printed", 9, vectors(mesh, &directions, &seen, 3, Reading::Printed, Estimate::Plain)),
+        ("printed", 9, vectors(mesh, &directions, &seen, 3, Reading::Paper, Estimate::Plain)),
         ("plain", 9, vectors(mesh, &directions, &seen, 3, Reading::Corrected, Estimate::Plain)),
         ("bounced", 27, diffuse_bounces(mesh, &directions, &met, control, &direct, 3, Vec3::splat(0.5), 2)),
         ("glossy", 48, glossy_bounces(mesh, &directions, &met, control, &matrix, 2, &gloss, 1)),

@@ -4,11 +4,13 @@
 //! variance is known and taken off, and the sum over directions. Under the whole map the bands that are left out are added.
 
 use super::{PI, dot, knot};
-use bitlight::bake::{Directions, Estimate, Reading, Visibility, vectors};
+use bitlight::bake::{Directions, Estimate, Visibility, vectors};
+use bitlight::keys::Reading;
 use bitlight::numeric::random::Sample;
 use bitlight::sphere::environment::LatLong;
+use bitlight::store::file;
 use bitlight::trace::bundle;
-use bitlight::truth::{Environment, Lights, Map, Model, Normals, Scene, Sums};
+use bitlight::truth::{Environment, Estimator, Lights, Map, Model, Normals, Sums};
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::mesh::Mesh;
 use glam::Vec3;
@@ -30,8 +32,8 @@ fn some_vectors(mesh: &Mesh, vertices: &[usize], count: usize, bands: usize) -> 
 fn truth(mesh: &Mesh, vertices: &[usize], environment: Environment, samples: u64) -> Vec<[[f64; 3]; 2]> {
     let brdf = Brdf { albedo: Vec3::ONE, specular: Vec3::ZERO, gloss: Gloss::None };
     let model = Model::Surface { brdf, bounces: Some(1), normals: Normals::Interpolated };
-    let lights = Lights { casters: Vec::new(), environments: vec![environment], draw: true };
-    let scene = Scene::new(mesh.clone(), model, lights);
+    let lights = Lights { lamps: Vec::new(), environments: vec![environment], draw: true };
+    let scene = Estimator::new(mesh.clone(), model, lights);
     let mut sums = Sums::new(vertices.len());
     let of = |element: usize| {
         let (position, normal) = (mesh.positions[vertices[element]], mesh.normals[vertices[element]]);
@@ -115,8 +117,8 @@ fn vectors_shade_as_the_path_tracer_does() {
 #[ignore = "needs files, and minutes"]
 fn a_scan_under_a_probe() {
     let [mesh, map] = ["BITLIGHT_MESH", "BITLIGHT_MAP"].map(|name| std::env::var(name).expect(name));
-    let mesh = bitlight::world::obj::read(mesh).unwrap();
-    let map = LatLong::read_hdr(map).unwrap();
+    let mesh = file::read_obj(mesh).unwrap();
+    let map = file::read_hdr(map).unwrap();
     let step = mesh.positions.len() / 200;
     let vertices: Vec<usize> = (0..mesh.positions.len()).step_by(step).collect();
     chart(&mesh, &vertices, &map, &[128, 256, 512, 1024, 2048, 4096], 65_536);

@@ -2,9 +2,10 @@
 
 use super::knot;
 use bitlight::bake::{
-    Directions, Estimate, Reading, brdf, diffuse_bounces, frame, glossy_bounces, matrices, meetings,
+    Directions, Estimate, brdf, diffuse_bounces, frame, glossy_bounces, matrices, meetings,
     multiple_scattering, vectors, visibility,
 };
+use bitlight::keys::Reading;
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::medium::Medium;
 use bitlight::world::mesh::Mesh;
@@ -58,7 +59,7 @@ fn vectors_and_matrices() {
     let twin = Twin::new(&mesh, &directions);
     let seen = visibility(&mesh, &directions);
     let corrected = vectors(&mesh, &directions, &seen, 4, Reading::Corrected, Estimate::Plain);
-    let printed = vectors(&mesh, &directions, &seen, 4, Reading::Printed, Estimate::Plain);
+    let printed = vectors(&mesh, &directions, &seen, 4, Reading::Paper, Estimate::Plain);
     for vertex in (0..mesh.positions.len()).step_by(61) {
         let (origin, frame) = (twin.positions[vertex], twin.frames[vertex]);
         let exact = transfer::vector(origin, frame[2], 1.0, 4, &twin.rule, &twin.triangles);

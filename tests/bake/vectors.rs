@@ -1,7 +1,8 @@
 //! Diffuse transfer vectors: the clamped cosine, the error of the sum, and symmetries.
 
 use super::{PI, dot, knot, light, rms};
-use bitlight::bake::{Directions, Estimate, Reading, vectors, visibility};
+use bitlight::bake::{Directions, Estimate, vectors, visibility};
+use bitlight::keys::Reading;
 use bitlight::sphere::rotation::Rotation;
 use bitlight::sphere::sh;
 use bitlight::world::mesh::Mesh;
@@ -59,7 +60,7 @@ fn an_unshadowed_vertex_has_the_profiles_coefficients() {
     for bands in [1, 2, 3, 4, 5, 6, 10, 32] {
         for (reading, exact) in [
             (Reading::Corrected, clamped_cosine as fn(usize, Vec3) -> Vec<f64>),
-            (Reading::Printed, hemisphere),
+            (Reading::Paper, hemisphere),
         ] {
             let found = vectors(&mesh, &directions, &seen, bands, reading, Estimate::Control);
             for (normal, found) in mesh.normals.iter().zip(found.chunks_exact(bands * bands)) {
@@ -114,7 +115,7 @@ fn the_control_variate_is_no_further_than_the_plain_sum() {
     let of = |count: usize| {
         let directions = Directions::new(count);
         let seen = visibility(&mesh, &directions);
-        [Reading::Corrected, Reading::Printed].map(|reading| {
+        [Reading::Corrected, Reading::Paper].map(|reading| {
             [Estimate::Plain, Estimate::Control]
                 .map(|estimate| vectors(&mesh, &directions, &seen, 5, reading, estimate))
         })

@@ -11,6 +11,7 @@ use bitlight::scene::{Assets, Scene};
 use bitlight::world::mesh::Mesh;
 use bitlight_reference::geometry::Triangle;
 use bitlight_reference::vector::Vec3;
+use std::sync::Arc;
 
 const PI: f64 = std::f64::consts::PI;
 
@@ -39,7 +40,7 @@ irradiance = [3, 2, 1]
 /// Every pass of the scene under some settings, and its solid.
 struct Rendered {
     scene: Scene,
-    mesh: Mesh,
+    mesh: Arc<Mesh>,
     kept: Kept,
 }
 
@@ -47,11 +48,11 @@ impl Rendered {
     fn new(set: &[&str]) -> Self {
         let set: Vec<_> = set.iter().map(|set| (*set).to_owned()).collect();
         let scene = Scene::parse(SCENE, "a.toml".as_ref(), &set).unwrap();
-        let all = run::wanted(scene.technique, "all").unwrap();
+        let all = scene.technique.wanted("all").unwrap();
         let loaded = run::Loaded::new(&scene, &Assets::default(), &all).unwrap();
         let mut kept = Kept::default();
         loaded.render(&scene, &all, &mut kept).unwrap();
-        Self { mesh: loaded.solid(&scene).unwrap(), scene, kept }
+        Self { mesh: loaded.posed(&scene).unwrap(), scene, kept }
     }
 
     fn buffer(&self, pass: &str) -> &Buffer {

@@ -12,7 +12,7 @@ fn brightest(text: &str, assets: &Assets, set: &[&str]) -> Result<f32, String> {
     let set: Vec<_> = set.iter().map(|set| (*set).to_owned()).collect();
     let mut kept = Kept::default();
     let rendered = Scene::parse(text, Path::new("a.toml"), &set).and_then(|scene| {
-        let all = run::wanted(scene.technique, "all").unwrap();
+        let all = scene.technique.wanted("all").unwrap();
         run::render(&scene, assets, &all, &mut kept)
     });
     rendered.map_err(|error| {
@@ -212,7 +212,7 @@ fn materials_at_the_ends() {
 #[test]
 fn meshes_of_odd_shapes() {
     let folder = tempfile::tempdir().unwrap();
-    let assets = Assets(Some(folder.path().into()));
+    let assets = Assets::Folder(folder.path().into());
     let text = SCENE.replace("shape = \"cuboid\"\nresolution = 3", "file = \"a.obj\"");
     let square = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n";
     let cases: [(String, Outcome); 12] = [

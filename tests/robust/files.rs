@@ -1,6 +1,7 @@
 //! Files that are missing, cut off, empty, enormous, or of another kind than they say.
 
 use super::{Place, SCENE, assert_refused, bitlight, command};
+use bitlight::store::file;
 use std::fs::File;
 use std::process::Stdio;
 
@@ -80,7 +81,7 @@ fn a_golden_is_read_with_the_same_care() {
 
 #[test]
 fn golden_pixels_of_another_shape_or_type_are_damaged_not_compared() {
-    use bitlight::pass::{Buffer, exr, npy};
+    use bitlight::pass::Buffer;
     let place = Place::new(SCENE);
     let (scene, golden) = (place.path("a.toml"), place.path(""));
     let blessed = bitlight(&["bless", &scene, "--golden", &golden, "--pixels", "--reason", "a test"]);
@@ -100,17 +101,17 @@ fn golden_pixels_of_another_shape_or_type_are_damaged_not_compared() {
     let verify = || bitlight(&["verify", &scene, "--golden", &golden, "-o", &place.path("out")]);
     let file = place.0.path().join("a/translucency.matrices.npy");
     for wrong in [Buffer::u32(&[1, 3, 4, 4], vec![0; 48]), Buffer::f32(&[2], vec![0.0; 2])] {
-        npy::write(&file, &wrong).unwrap();
+        file::write_npy(&file, &wrong).unwrap();
         other("translucency.matrices");
         assert_refused(&verify(), &["matrices.npy", "does not fit its manifest"], "npy");
     }
     let file = place.0.path().join("a/passes.exr");
-    let mut layers = exr::read(&file).unwrap();
+    let mut layers = file::read_exr(&file).unwrap();
     for layer in &mut layers {
         layer.channels.remove(0);
     }
     layers.retain(|layer| !layer.channels.is_empty());
-    exr::write(&file, &layers).unwrap();
+    file::write_exr(&file, &layers).unwrap();
     other("translucency.cubemap");
     assert_refused(&verify(), &["passes.exr", "does not fit its manifest"], "exr");
 }

@@ -5,6 +5,7 @@ use bitlight::Error;
 use bitlight::pass::{Buffer, Channel, Data, Layer, exr, npy};
 use bitlight::scene::Scene;
 use bitlight::sphere::environment::LatLong;
+use bitlight::store::file;
 use bitlight::world::obj;
 use exr_files::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, LineOrder, Vec2,
@@ -116,7 +117,7 @@ static EXR: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
             channels: vec![channel("Y", Data::F32(vec![1.0, -2.0]))],
         },
     ];
-    exr::write(&path, &layers).unwrap();
+    file::write_exr(&path, &layers).unwrap();
     let mut files = vec![std::fs::read(&path).unwrap()];
     for compression in [
         Compression::Uncompressed,
@@ -156,7 +157,7 @@ fn check_image(bytes: &[u8]) {
 static NPY: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");
-    npy::write(&path, &Buffer::f32(&[2, 3], vec![1.0, 2.0, 3.0, -4.0, 5.0, 6.5])).unwrap();
+    file::write_npy(&path, &Buffer::f32(&[2, 3], vec![1.0, 2.0, 3.0, -4.0, 5.0, 6.5])).unwrap();
     std::fs::read(&path).unwrap()
 });
 
@@ -203,9 +204,9 @@ fn check_scene(text: &str, set: &[String]) {
         let camera = scene.camera;
         assert!([camera.position, camera.target, camera.up, scene.background].iter().all(|v| v.is_finite()));
         assert!(scene.size.iter().all(|size| (1..=8192).contains(size)) && !scene.lights.is_empty());
-        assert!(scene.settings.values().all(|value| !value.is_null()), "{:?}", scene.settings);
+        assert!(scene.settings().values().all(|value| !value.is_null()), "{:?}", scene.settings());
         // The estimate must not overflow whatever the settings.
-        let all = bitlight::run::wanted(scene.technique, "all").unwrap();
+        let all = scene.technique.wanted("all").unwrap();
         assert!(bitlight::run::memory(&scene, &all, u32::MAX as usize).unwrap() > 0);
     }
 }
@@ -318,7 +319,7 @@ proptest! {
 
     #[test]
     fn assignments(
-        key in prop::sample::select(bitlight::scene::keys::KEYS),
+        key in prop::sample::select(bitlight::scene::keys::all(bitlight::techniques::ALL)),
         value in prop::sample::select(VALUES),
         text in ".{0,40}",
         light in 0..4_usize,

@@ -1,9 +1,10 @@
 //! Folders that refuse: old files stay whole, nothing half-written appears, and the message says what to do.
 
 use super::{Place, SCENE, assert_refused, command, names, stderr};
-use bitlight::pass::{Files, exr, npy};
 use bitlight::run;
 use bitlight::scene::{Assets, Scene};
+use bitlight::store::Files;
+use bitlight::store::file;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -153,19 +154,17 @@ fn a_folder_that_vanishes_is_an_error_that_names_it() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let scene = Scene::parse(SCENE, "a.toml".as_ref(), &[]).unwrap();
-    let mut files = Files::new(&out, "a").unwrap();
-    run::render(&scene, &Assets::default(), &run::wanted(scene.technique, "all").unwrap(), &mut files)
-        .unwrap();
+    let mut files = Files::new(&out, "a", || 0.0).unwrap();
+    run::render(&scene, &Assets::default(), &scene.technique.wanted("all").unwrap(), &mut files).unwrap();
     std::fs::remove_dir_all(&out).unwrap();
-    let error = files.write(Path::new("a.toml"), &scene.settings, 0.0).unwrap_err();
+    let error = files.write(Path::new("a.toml"), &scene.settings(), 0.0).unwrap_err();
     assert!(error.file.as_ref().is_some_and(|file| file.starts_with(&out)), "{error}");
     assert!(error.to_string().contains("cannot be written") && error.remedy.is_some(), "{error}");
     assert!(!out.exists());
 
-    let mut files = Files::new(&out, "a").unwrap();
-    run::render(&scene, &Assets::default(), &run::wanted(scene.technique, "all").unwrap(), &mut files)
-        .unwrap();
-    let batch = files.write(Path::new("a.toml"), &scene.settings, 0.0).unwrap();
+    let mut files = Files::new(&out, "a", || 0.0).unwrap();
+    run::render(&scene, &Assets::default(), &scene.technique.wanted("all").unwrap(), &mut files).unwrap();
+    let batch = files.write(Path::new("a.toml"), &scene.settings(), 0.0).unwrap();
     std::fs::remove_dir_all(&out).unwrap();
     let error = batch.commit().unwrap_err();
     assert!(error.to_string().contains("cannot be written"), "{error}");
@@ -204,8 +203,8 @@ fn frames_that_are_written_at_once_into_one_folder_are_whole() {
             "a.translucency.projection.npy"
         ]
     );
-    exr::read(&out.join("a.exr")).unwrap();
-    npy::read(&out.join("a.translucency.matrices.npy")).unwrap();
+    file::read_exr(&out.join("a.exr")).unwrap();
+    file::read_npy(&out.join("a.translucency.matrices.npy")).unwrap();
     serde_json::from_slice::<serde_json::Value>(&std::fs::read(out.join("a.json")).unwrap()).unwrap();
     for name in ["a.png", "a.passes.png"] {
         image::load_from_memory(&std::fs::read(out.join(name)).unwrap()).unwrap();

@@ -3,6 +3,7 @@
 use bitlight::pass::Kept;
 use bitlight::run;
 use bitlight::scene::{Assets, Scene};
+use bitlight::techniques::translucency::{self, Frame};
 use bitlight_reference::vector::{Vec3, cross, dot, length, normalize, scale, sub};
 
 use crate::larger;
@@ -35,7 +36,7 @@ fn light(away: Option<f64>) -> String {
 }
 
 struct Map {
-    frame: bitlight::techniques::translucency::Frame,
+    frame: Frame,
     distances: Vec<f32>,
 }
 
@@ -49,7 +50,8 @@ impl Map {
         let texels = kept.get("translucency.shadow").unwrap().as_f32();
         let distances = texels.chunks_exact(3).map(|texel| texel[0]).collect();
         let loaded = run::Loaded::new(&scene, &Assets::default(), &[]).unwrap();
-        Self { frame: loaded.translucency(&scene).unwrap(), distances }
+        let settings = translucency::Settings::read(&scene.values);
+        Self { frame: Frame::new(loaded.stage(&scene).unwrap(), settings).unwrap(), distances }
     }
 
     fn covered(&self) -> usize {
@@ -120,7 +122,7 @@ fn first_hit(triangles: &[[Vec3; 3]], origin: Vec3, direction: Vec3) -> f64 {
 /// The mean difference between the texel at a triangle's middle and the ray from the light through that middle, over all
 /// triangles: what the thickness is made of.
 fn error(map: &Map, away: Option<f64>) -> f64 {
-    let solid = &map.frame.solid;
+    let solid = &map.frame.stage.solid;
     let triangles: Vec<[Vec3; 3]> = solid
         .triangles
         .iter()

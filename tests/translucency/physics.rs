@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
-use bitlight::pass::{Kept, execute};
+use bitlight::pass::{Given, Kept, execute};
 use bitlight::run;
 use bitlight::scene::{Assets, Scene};
-use bitlight::techniques::translucency::{Frame, PASSES};
+use bitlight::techniques::translucency::{Frame, PASSES, Settings, TECHNIQUE};
+use bitlight::world::Stage;
 use bitlight::world::light::Light;
 use bitlight::world::mesh::Mesh;
 use bitlight_reference::translucency::cube::texel_solid_angle;
@@ -162,48 +163,40 @@ fn a_mirrored_scene_has_a_mirrored_picture() {
     for (name, solid, material) in SOLIDS {
         let text = [&head(solid, material), PROBE, POINT, EVEN, BEAM].concat();
         let scene = Scene::parse(&text, "mirror.toml".as_ref(), &[]).unwrap();
-        let frame = run::Loaded::new(&scene, &Assets::default(), &[]).unwrap().translucency(&scene).unwrap();
+        let stage = run::Loaded::new(&scene, &Assets::default(), &[]).unwrap().stage(&scene).unwrap();
+        let frame = Frame::new(stage, Settings::read(&scene.values)).unwrap();
         let flip = |v: Vec3| Vec3::new(-v.x, v.y, v.z);
-        let lights = frame.lights.iter().map(|light| match light {
+        let lights = frame.stage.lights.iter().map(|light| match light {
             Light::Point { position, intensity } => {
                 Light::Point { position: flip(*position), intensity: *intensity }
             }
             Light::Directional { direction, irradiance } => {
                 Light::Directional { direction: flip(*direction), irradiance: *irradiance }
             }
-            Light::Environment { coefficients } => {
-                let mut coefficients = *coefficients;
+            Light::Environment { environment, coefficients } => {
+                let (environment, mut coefficients) = (environment.clone(), coefficients.clone());
                 // Odd in x: x, xy and xz.
                 for i in [3, 4, 7] {
                     coefficients[i] = coefficients[i].map(|value| -value);
                 }
-                Light::Environment { coefficients }
+                Light::Environment { environment, coefficients }
             }
         });
-        let solid = &frame.solid;
+        let solid = &frame.stage.solid;
         let mesh = Mesh::new(
             solid.positions.iter().map(|p| flip(*p)).collect(),
             Some(solid.normals.iter().map(|n| flip(*n)).collect()),
             solid.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect(),
         )
         .unwrap();
-        let mut camera = frame.camera;
+        let mut camera = frame.stage.camera;
         (camera.position, camera.target, camera.up) =
             (flip(camera.position), flip(camera.target), flip(camera.up));
-        let mirrored = Frame::new(
-            mesh,
-            frame.medium,
-            frame.gloss,
-            lights.collect(),
-            camera,
-            [40, 32],
-            frame.background,
-            frame.settings,
-        )
-        .unwrap();
+        let mirrored = Stage { solid: mesh.into(), lights: lights.collect(), camera, ..frame.stage.clone() };
+        let mirrored = Frame::new(mirrored, frame.settings).unwrap();
         let picture = |frame: &Frame| {
             let mut kept = Kept::default();
-            execute(&PASSES, frame, &["translucency.final"], &mut kept).unwrap();
+            execute(&PASSES, frame, &["translucency.final"], Given::new(), &mut kept).unwrap();
             kept
         };
         let (first, second) = (picture(&frame), picture(&mirrored));
@@ -290,7 +283,7 @@ fn any_number_of_casters() {
     let many = render(&[&head, POINT, PROBE, BEAM, &second].concat(), &[]).1;
     for (light, caster, text) in [(0, 0, POINT), (2, 1, BEAM), (3, 2, &second)] {
         let alone = render(&[&head, text].concat(), &[]).1;
-        let passes = run::passes_of(bitlight::scene::Technique::Translucency);
+        let passes = TECHNIQUE.passes.iter();
         for info in passes.filter(|info| info.axes[0] == bitlight::pass::Axis::Light) {
             let slice = many.get(info.name).unwrap().slice(light);
             assert!(slice == alone.get(info.name).unwrap().slice(0), "{} of light {light}", info.name);

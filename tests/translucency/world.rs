@@ -132,7 +132,7 @@ pub(crate) fn render(text: &str, set: &[&str]) -> (Scene, Kept) {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
     let scene = Scene::parse(text, "oracle.toml".as_ref(), &set).unwrap();
     let mut kept = Kept::default();
-    let all = run::wanted(scene.technique, "all").unwrap();
+    let all = scene.technique.wanted("all").unwrap();
     run::render(&scene, &Assets::default(), &all, &mut kept).unwrap();
     (scene, kept)
 }
@@ -239,7 +239,7 @@ pub(crate) fn all() -> impl Iterator<Item = &'static Rendered> {
 
 impl World {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let mesh = run::Loaded::new(scene, &Assets::default(), &[]).unwrap().solid(scene).unwrap();
+        let mesh = run::Loaded::new(scene, &Assets::default(), &[]).unwrap().posed(scene).unwrap();
         let corners = |of: &[glam::Vec3]| -> Vec<[Vec3; 3]> {
             let corner = |index: u32| of[index as usize].to_array().map(f64::from);
             mesh.triangles.iter().map(|triangle| triangle.map(corner)).collect()
@@ -254,7 +254,7 @@ impl World {
         }
         let bounds = Aabb { min, max };
 
-        let settings = &scene.settings;
+        let settings = &scene.settings();
         let number = |key: &str| settings.get(key).and_then(|value| value.as_f64());
         let triple = |key: &str| {
             [0, 1, 2].map(|i| settings[key][i].as_f64().unwrap_or_else(|| panic!("{key} is no triple")))

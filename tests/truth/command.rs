@@ -1,5 +1,6 @@
 //! `bitlight truth` as a person meets it.
 
+use bitlight::store::file;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -52,7 +53,7 @@ fn a_run_goes_on_where_one_stopped_with_the_bytes_of_one_run() {
         &parts,
         &["--spp", "26", "--set", "translucency.cubemap=8", "--set", "image.exposure=1"],
     ));
-    let layers = bitlight::pass::exr::read(&parts.join("knot.truth.exr")).unwrap();
+    let layers = file::read_exr(&parts.join("knot.truth.exr")).unwrap();
     let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();
     assert_eq!(names, ["truth.mean", "truth.variance"]);
     assert_eq!((layers[0].width, layers[0].height), (24, 16));

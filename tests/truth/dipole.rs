@@ -3,7 +3,7 @@
 use crate::{LEVEL, agrees, estimate, square};
 use bitlight::sphere::environment::LatLong;
 use bitlight::trace::Ray;
-use bitlight::truth::{Caster, Environment, Lights, Map, Model, Normals, Scene};
+use bitlight::truth::{Environment, Estimator, Lamp, Lights, Map, Model, Normals};
 use bitlight::world::medium::Medium;
 use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
@@ -12,8 +12,8 @@ use bitlight_reference::translucency::{dipole, optics};
 use glam::{Mat3, Vec3};
 use std::f64::consts::PI;
 
-fn scene(mesh: Mesh, medium: Medium, lights: Lights) -> Scene {
-    Scene::new(mesh, Model::Dipole { medium, normals: Normals::Face }, lights)
+fn scene(mesh: Mesh, medium: Medium, lights: Lights) -> Estimator {
+    Estimator::new(mesh, Model::Dipole { medium, normals: Normals::Face }, lights)
 }
 
 /// Jensen's marble in millimetres, and what the reference crate makes of it.
@@ -28,10 +28,10 @@ fn a_wide_sheet_reflects_the_total_reflectance() {
     let (medium, theirs) = marble();
     // Slanting, where Fresnel's transmittance is 0.78 and not 0.96.
     let direction = Vec3::new(0.96, 0.0, -0.28);
-    let casters = vec![Caster::Directional { direction, irradiance: Vec3::splat(3.0) }];
+    let lamps = vec![Lamp::Directional { direction, irradiance: Vec3::splat(3.0) }];
     let even = Environment::Constant(Vec3::ONE);
     // 400 mm: beyond 200 mm from the middle lies less than e^-20 of the kernel.
-    let by_direction = scene(square(200.0, 0.0), medium, Lights { casters, ..Lights::default() });
+    let by_direction = scene(square(200.0, 0.0), medium, Lights { lamps, ..Lights::default() });
     let by_all = scene(square(200.0, 0.0), medium, Lights { environments: vec![even], ..Lights::default() });
     let towards = Vec3::new(0.0, 0.96, 0.28);
     let ray = Ray::new(Vec3::new(0.3, -0.2, 0.0) + towards * 50.0, -towards);
@@ -53,8 +53,8 @@ fn a_small_ball_shines_as_the_sum_over_its_triangles() {
     let mut mesh = shapes::sphere(12).unwrap();
     mesh.apply(2.5, Mat3::IDENTITY, Vec3::new(0.4, 0.0, -0.3)).unwrap();
     let light = Vec3::new(-3.0, 6.0, -8.0);
-    let casters = vec![Caster::Point { position: light, intensity: Vec3::splat(100.0) }];
-    let ball = scene(mesh.clone(), medium, Lights { casters, ..Lights::default() });
+    let lamps = vec![Lamp::Point { position: light, intensity: Vec3::splat(100.0) }];
+    let ball = scene(mesh.clone(), medium, Lights { lamps, ..Lights::default() });
     // From the lit side and from the dark one.
     for eye in [Vec3::new(-4.0, 9.0, -2.0), Vec3::new(1.0, 1.0, 12.0)] {
         let ray = Ray::new(eye, (Vec3::new(0.9, 0.4, -0.1) - eye).normalize());

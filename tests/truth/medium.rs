@@ -6,7 +6,7 @@ use bitlight::numeric::random::Sample;
 use bitlight::sphere::quadrature::{fibonacci, gauss_legendre};
 use bitlight::trace::Ray;
 use bitlight::truth::{
-    Caster, Environment, Lights, Model, Scene, Volume, fresnel, henyey_greenstein, refract, scatter,
+    Environment, Estimator, Lamp, Lights, Model, Volume, fresnel, henyey_greenstein, refract, scatter,
 };
 use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
@@ -18,9 +18,9 @@ fn volume(scattering: [f32; 3], absorption: [f32; 3], anisotropy: f32, eta: f32)
     Volume { scattering, absorption, anisotropy, eta }
 }
 
-fn bright(mesh: Mesh, volume: Volume) -> Scene {
+fn bright(mesh: Mesh, volume: Volume) -> Estimator {
     let lights = Lights { environments: vec![Environment::Constant(Vec3::ONE)], ..Lights::default() };
-    let scene = Scene::new(mesh, Model::Medium(volume), lights);
+    let scene = Estimator::new(mesh, Model::Medium(volume), lights);
     scene.check().unwrap();
     scene
 }
@@ -212,17 +212,17 @@ fn three_colours_of_one_walk_are_those_of_three_walks() {
 #[test]
 fn directions_are_joined_to_walks_where_nothing_refracts() {
     // 200 directions, spread evenly, are even light but for what passes unscattered.
-    let casters: Vec<Caster> = fibonacci(200)
+    let lamps: Vec<Lamp> = fibonacci(200)
         .into_iter()
-        .map(|d| Caster::Directional {
+        .map(|d| Lamp::Directional {
             direction: Vec3::from_array(d.map(|x| x as f32)),
             irradiance: Vec3::splat((4.0 * PI / 200.0) as f32),
         })
         .collect();
-    let lights = Lights { casters, ..Lights::default() };
+    let lights = Lights { lamps, ..Lights::default() };
     let scattering = [0.5, 1.0, 2.0];
     let model = Model::Medium(volume(scattering, [0.0; 3], 0.2, 1.0));
-    let scene = Scene::new(shapes::cuboid(Vec3::splat(0.5), 1).unwrap(), model, lights);
+    let scene = Estimator::new(shapes::cuboid(Vec3::splat(0.5), 1).unwrap(), model, lights);
     scene.check().unwrap();
     let ray = Ray::new(Vec3::new(0.1, 0.2, 3.0), Vec3::NEG_Z);
     let all = estimate(3_000, |random| scene.along(&ray, random).unwrap());
@@ -232,11 +232,11 @@ fn directions_are_joined_to_walks_where_nothing_refracts() {
 #[test]
 fn what_a_walk_cannot_find_is_refused() {
     let lights = Lights {
-        casters: vec![Caster::Point { position: Vec3::splat(9.0), intensity: Vec3::ONE }],
+        lamps: vec![Lamp::Point { position: Vec3::splat(9.0), intensity: Vec3::ONE }],
         ..Lights::default()
     };
     let check = |mesh: Mesh, volume: Volume| {
-        let scene = Scene::new(mesh, Model::Medium(volume), lights.clone());
+        let scene = Estimator::new(mesh, Model::Medium(volume), lights.clone());
         scene.check().map_err(|error| error.to_string())
     };
     let glassy = volume([1.0; 3], [0.0; 3], 0.0, 1.5);

@@ -29,8 +29,8 @@ fn error(bounces: usize, samples: u64) -> f64 {
     .unwrap();
     let shading = kept.get("prt.shading").unwrap();
     let truth = Truth::new(&scene, &Assets::default()).unwrap();
-    let mut sums = Sums::new(truth.scene.mesh().positions.len());
-    parallel::with_threads(2, || truth.scene.vertices(&mut sums, samples)).unwrap();
+    let mut sums = Sums::new(truth.estimator.mesh().positions.len());
+    parallel::with_threads(2, || truth.estimator.vertices(&mut sums, samples)).unwrap();
     let (mut off, mut all) = (0.0, 0.0);
     for vertex in 0..shading.shape[0] {
         let (mean, variance) = (sums.mean(vertex), sums.variance(vertex));

@@ -3,7 +3,7 @@
 use bitlight::numeric::parallel::with_threads;
 use bitlight::numeric::random::Sample;
 use bitlight::raster;
-use bitlight::truth::{Environment, Filter, Lights, Model, Normals, Scene, Sums, View};
+use bitlight::truth::{Environment, Estimator, Filter, Lights, Model, Normals, Sums, View};
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::camera::Camera;
 use bitlight::world::shapes;
@@ -14,12 +14,12 @@ fn view(filter: Filter) -> View {
     View { camera, size: [13, 9], background: Vec3::new(0.25, 0.5, 0.75), filter }
 }
 
-fn knot() -> Scene {
+fn knot() -> Estimator {
     let brdf =
         Brdf { albedo: Vec3::splat(0.7), specular: Vec3::splat(0.2), gloss: Gloss::Phong { exponent: 9.0 } };
     let model = Model::Surface { brdf, bounces: None, normals: Normals::Interpolated };
     let lights = Lights { environments: vec![Environment::Constant(Vec3::ONE)], ..Lights::default() };
-    Scene::new(shapes::torus_knot(2, 3, 0.3, 60, 8).unwrap(), model, lights)
+    Estimator::new(shapes::torus_knot(2, 3, 0.3, 60, 8).unwrap(), model, lights)
 }
 
 #[test]

@@ -5,7 +5,7 @@ use bitlight::numeric::random::Sample;
 use bitlight::sphere::environment::LatLong;
 use bitlight::sphere::irradiance;
 use bitlight::trace::Ray;
-use bitlight::truth::{Caster, Environment, Lights, Map, Model, Normals, Scene, Sums};
+use bitlight::truth::{Environment, Estimator, Lamp, Lights, Map, Model, Normals, Sums};
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
@@ -15,8 +15,8 @@ fn diffuse(albedo: Vec3) -> Brdf {
     Brdf { albedo, specular: Vec3::ZERO, gloss: Gloss::None }
 }
 
-fn surface(mesh: Mesh, brdf: Brdf, bounces: Option<u32>, lights: Lights) -> Scene {
-    Scene::new(mesh, Model::Surface { brdf, bounces, normals: Normals::Face }, lights)
+fn surface(mesh: Mesh, brdf: Brdf, bounces: Option<u32>, lights: Lights) -> Estimator {
+    Estimator::new(mesh, Model::Surface { brdf, bounces, normals: Normals::Face }, lights)
 }
 
 fn under(environment: Environment) -> Lights {
@@ -101,13 +101,13 @@ fn points_and_directions_light_a_square_by_cosine_and_distance_and_cast_shadows(
     let position = Vec3::new(0.0, 3.0, 4.0);
     let intensity = Vec3::splat(10.0);
     let direction = Vec3::new(0.6, 0.0, -0.8);
-    let casters = vec![
-        Caster::Point { position, intensity },
-        Caster::Directional { direction, irradiance: Vec3::splat(2.0) },
+    let lamps = vec![
+        Lamp::Point { position, intensity },
+        Lamp::Directional { direction, irradiance: Vec3::splat(2.0) },
         // From behind: nothing.
-        Caster::Directional { direction: Vec3::Z, irradiance: Vec3::splat(9.0) },
+        Lamp::Directional { direction: Vec3::Z, irradiance: Vec3::splat(9.0) },
     ];
-    let lights = Lights { casters, ..Lights::default() };
+    let lights = Lights { lamps, ..Lights::default() };
     let scene = surface(square(9.0, 0.0), diffuse(albedo), None, lights.clone());
     let down = Ray::new(Vec3::new(0.0, 0.0, 7.0), Vec3::NEG_Z);
     let got = scene.along(&down, &mut Sample::new(0, 0, 0)).unwrap();

@@ -3,7 +3,7 @@
 use super::Frame;
 use super::visibility::read;
 use crate::bake;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB, Twin};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -11,14 +11,17 @@ pub(super) const PASS: Pass<Frame> = Pass {
         equation: "Sloan et al. 2002, §5, of matrices",
         about: "the matrices and what prt.bounces reflections add to them; none without a highlight or without bounces",
         inputs: &["prt.visibility", "prt.matrices", "prt.brdf"],
-        axes: &[Axis::Vertex, Axis::MatrixRow, Axis::MatrixColumn, RGB],
+        axes: &[Axis::Vertex, Axis::Of("row of matrix"), Axis::Of("column of matrix"), RGB],
         unit: "1",
+        knob: "prt.bands",
+        twin: Twin::PLANNED,
+        preview: &[],
     },
     run,
 };
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
-    let (solid, settings, functions) = (&frame.solid, &frame.settings, frame.functions());
+    let (solid, settings, functions) = (&frame.stage.solid, &frame.settings, frame.functions());
     if !frame.computes("prt.bounced") {
         return Buffer::f32(&[0, functions, functions, 3], Vec::new());
     }

@@ -4,7 +4,7 @@
 
 use super::Frame;
 use crate::bake::brdf;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB, Twin};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -13,8 +13,11 @@ pub(super) const PASS: Pass<Frame> = Pass {
         about: "the matrix of the surface: rows are functions of the exit, columns of the light, both in the vertex's \
             frame; none without a highlight or without bounces",
         inputs: &[],
-        axes: &[Axis::MatrixRow, Axis::MatrixColumn, RGB],
+        axes: &[Axis::Of("row of matrix"), Axis::Of("column of matrix"), RGB],
         unit: "1",
+        knob: "prt.bands",
+        twin: Twin::PLANNED,
+        preview: &[],
     },
     run,
 };
@@ -23,6 +26,6 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
     if !frame.computes("prt.brdf") {
         return Buffer::f32(&[0, 0, 3], Vec::new());
     }
-    let matrix = brdf::matrix(&frame.surface, frame.settings.bands);
+    let matrix = brdf::matrix(&frame.stage.surface, frame.settings.bands);
     Buffer::f32(&[frame.functions(), frame.functions(), 3], matrix.into_flattened())
 }

@@ -8,7 +8,7 @@
 use super::Frame;
 use crate::bake::brdf;
 use crate::numeric::order::min;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB, Twin};
 use glam::Vec3;
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -18,8 +18,11 @@ pub(super) const PASS: Pass<Frame> = Pass {
         about: "the BRDF for 65 exits from the normal to the horizon, by functions of the light in the vertex's frame; none \
             without a highlight",
         inputs: &[],
-        axes: &[Axis::Exit, Axis::Coefficient, RGB],
+        axes: &[Axis::Of("exit"), Axis::Coefficient, RGB],
         unit: "1",
+        knob: "prt.bands",
+        twin: Twin::PLANNED,
+        preview: &[],
     },
     run,
 };
@@ -37,7 +40,7 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
         Vec3::new((2.0 * r / (1.0 + r * r)) as f32, 0.0, ((1.0 - r * r) / (1.0 + r * r)) as f32)
     };
     let exits: Vec<_> = (0..exits).map(exit).collect();
-    let rows = brdf::rows(&frame.surface, frame.settings.bands, &exits);
+    let rows = brdf::rows(&frame.stage.surface, frame.settings.bands, &exits);
     Buffer::f32(&[exits.len(), frame.functions(), 3], rows.into_flattened())
 }
 

@@ -3,9 +3,10 @@
 //! An environment's are projected when it is loaded. A directional light is a delta: E yᵢ towards it, whose irradiance
 //! on a surface that faces it is E in the limit of many bands, and rings below.
 
-use super::{Frame, Light};
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use super::Frame;
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB, Twin};
 use crate::sphere::sh;
+use crate::world::light::Light;
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -15,6 +16,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &[],
         axes: &[Axis::Light, Axis::Coefficient, RGB],
         unit: "radiance times the square root of steradians",
+        knob: "prt.bands",
+        twin: Twin::PLANNED,
+        preview: &[],
     },
     run,
 };
@@ -22,9 +26,10 @@ pub(super) const PASS: Pass<Frame> = Pass {
 fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
     let bands = frame.settings.bands;
     let mut values = Vec::new();
-    for light in &frame.lights {
+    for light in &frame.stage.lights {
         match light {
-            Light::Environment(coefficients) => values.extend_from_slice(coefficients.as_flattened()),
+            Light::Environment { coefficients, .. } => values.extend_from_slice(coefficients.as_flattened()),
+            Light::Point { .. } => unreachable!("a light far away, as the technique's row says"),
             Light::Directional { direction, irradiance } => {
                 let mut basis = vec![0.0; bands * bands];
                 sh::evaluate(bands, (-direction.as_dvec3()).to_array(), &mut basis);
@@ -33,5 +38,5 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
             }
         }
     }
-    Buffer::f32(&[frame.lights.len(), bands * bands, 3], values)
+    Buffer::f32(&[frame.stage.lights.len(), bands * bands, 3], values)
 }

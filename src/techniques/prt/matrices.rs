@@ -3,7 +3,7 @@
 use super::Frame;
 use super::visibility::read;
 use crate::bake;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Twin};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -12,8 +12,11 @@ pub(super) const PASS: Pass<Frame> = Pass {
         about: "the transfer matrix of each vertex of a surface with a highlight: rows are functions of the vertex's \
             frame, columns of the world; none without a highlight",
         inputs: &["prt.visibility"],
-        axes: &[Axis::Vertex, Axis::MatrixRow, Axis::MatrixColumn],
+        axes: &[Axis::Vertex, Axis::Of("row of matrix"), Axis::Of("column of matrix")],
         unit: "1",
+        knob: "prt.bands",
+        twin: Twin::PLANNED,
+        preview: &[],
     },
     run,
 };
@@ -23,8 +26,8 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
         return Buffer::f32(&[0, frame.functions(), frame.functions()], Vec::new());
     }
     let (directions, visibility) = read(frame, inputs);
-    let vertices = frame.solid.positions.len();
+    let vertices = frame.stage.solid.positions.len();
     let (bands, method) = (frame.settings.bands, frame.settings.method);
-    let values = bake::matrices(&frame.solid, &directions, &visibility, bands, method, 0..vertices);
+    let values = bake::matrices(&frame.stage.solid, &directions, &visibility, bands, method, 0..vertices);
     Buffer::f32(&[vertices, frame.functions(), frame.functions()], values)
 }

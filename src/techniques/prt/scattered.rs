@@ -4,7 +4,7 @@
 use super::Frame;
 use super::visibility::read;
 use crate::bake;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB, Twin};
 
 /// The largest solid angle that vertices taken together may span, in steradians: below a percent of error.
 const SPREAD: f32 = 0.1;
@@ -18,18 +18,27 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &["prt.visibility"],
         axes: &[Axis::Vertex, Axis::Coefficient, RGB],
         unit: "1",
+        knob: "prt.bands",
+        twin: Twin::PLANNED,
+        preview: &[],
     },
     run,
 };
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
-    let (solid, settings, functions) = (&frame.solid, &frame.settings, frame.functions());
+    let (solid, settings, functions) = (&frame.stage.solid, &frame.settings, frame.functions());
     if !frame.computes("prt.scattered") {
         return Buffer::f32(&[0, functions, 3], Vec::new());
     }
     let (directions, visibility) = read(frame, inputs);
-    let entering =
-        bake::irradiance(solid, &directions, &visibility, settings.bands, &frame.medium, settings.method);
-    let values = bake::multiple_scattering(solid, &entering, functions, &frame.medium, SPREAD);
+    let entering = bake::irradiance(
+        solid,
+        &directions,
+        &visibility,
+        settings.bands,
+        &frame.stage.medium,
+        settings.method,
+    );
+    let values = bake::multiple_scattering(solid, &entering, functions, &frame.stage.medium, SPREAD);
     Buffer::f32(&[solid.positions.len(), functions, 3], values)
 }

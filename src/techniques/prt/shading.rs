@@ -10,7 +10,7 @@ use super::exits::row;
 use crate::bake;
 use crate::numeric::parallel;
 use crate::numeric::vector::unit_or_zero;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Twin};
 use glam::Vec3;
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -21,6 +21,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &["prt.light", "prt.vectors", "prt.matrices", "prt.exits", "prt.bounced", "prt.scattered"],
         axes: &[Axis::Vertex, Axis::Channel(&["R", "G", "B", "within R", "within G", "within B"])],
         unit: "radiance",
+        knob: "solid.triangles",
+        twin: Twin::PLANNED,
+        preview: &[],
     },
     run,
 };
@@ -31,13 +34,13 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
         ["light", "vectors", "matrices", "exits", "bounced", "scattered"]
             .map(|pass| inputs.get(&format!("prt.{pass}")).as_f32());
     let light = sum(light, functions);
-    let mut values = vec![0.0; frame.solid.positions.len() * 6];
+    let mut values = vec![0.0; frame.stage.solid.positions.len() * 6];
     parallel::for_each_chunk(&mut values, super::RUN * 6, |run, values| {
         let mut surface = vec![[0.0; 3]; functions];
         for (index, value) in values.chunks_exact_mut(6).enumerate() {
             let vertex = run * super::RUN + index;
-            let (position, normal) = (frame.solid.positions[vertex], frame.solid.normals[vertex]);
-            let towards = unit_or_zero(frame.camera.position - position);
+            let (position, normal) = (frame.stage.solid.positions[vertex], frame.stage.solid.normals[vertex]);
+            let towards = unit_or_zero(frame.stage.camera.position - position);
             let (mut radiance, mut within) = ([0.0; 3], [0.0; 3]);
             if frame.computes("prt.vectors") {
                 radiance = dot(&vectors[vertex * functions * 3..], &light);
@@ -62,7 +65,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
             }
         }
     });
-    Buffer::f32(&[frame.solid.positions.len(), 6], values)
+    Buffer::f32(&[frame.stage.solid.positions.len(), 6], values)
 }
 
 /// The coefficients of all lights together, RGB, added in the scene's order.

@@ -14,7 +14,7 @@
 //! (reached at d = 0), and what leaves a wall of thickness d that is lit evenly from behind under Eq. 1 and 2.
 //! The second π is that of B = πE (T10). Coefficients are per scene unit (T8).
 //!
-//! To the letter ([`Reading::Paper`](super::Reading::Paper)) the factor is
+//! To the letter ([`Reading::Paper`](crate::keys::Reading::Paper)) the factor is
 //!
 //! ```text
 //! 1/π · F_t(η, ω_out) · (σ_tr d + 1) e^(−σ_tr d) / (σ'_t d³)
@@ -27,12 +27,13 @@
 //! T15: each light has its own thickness. An environment has none; for it d is the length of the refracted ray to
 //! where it leaves the bounding box, the x*_in of Eq. 3, which is never less than the solid's own thickness there.
 
+use super::Frame;
 use super::frame::exit;
 use super::gbuffer::shade;
-use super::{Frame, Reading};
+use crate::keys::Reading;
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, RGB, Twin};
 use crate::raster::Points;
 use std::f32::consts::FRAC_1_PI;
 
@@ -44,6 +45,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &["translucency.gbuffer", "translucency.thickness"],
         axes: &[Axis::Light, Axis::Row, Axis::Column, RGB],
         unit: "1/sr; as printed also a reciprocal area in the scene's unit",
+        knob: "image.width",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Colour],
     },
     run,
 };
@@ -81,7 +85,7 @@ wide! {
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let thickness = inputs.get("translucency.thickness");
-    shade(frame, inputs.get("translucency.gbuffer"), frame.lights.len(), |light, points, out| {
+    shade(frame, inputs.get("translucency.gbuffer"), frame.stage.lights.len(), |light, points, out| {
         attenuation(frame, points, &measured(frame, thickness, light, points), out);
     })
 }
@@ -96,10 +100,10 @@ wide! {
         let mut leaving = [0.0; BLOCK];
         for lane in 0..BLOCK {
             let (point, normal) = (points.position(lane), points.normal(lane));
-            let transmittance = frame.medium.transmittance(normal.dot(frame.towards_camera(point)));
+            let transmittance = frame.stage.medium.transmittance(normal.dot(frame.towards_camera(point)));
             leaving[lane] = FRAC_1_PI * (measured[1][lane] * transmittance);
         }
-        for (out, dipole) in out.iter_mut().zip(frame.medium.dipoles) {
+        for (out, dipole) in out.iter_mut().zip(frame.stage.medium.dipoles) {
             match frame.settings.reading {
                 Reading::Corrected => {
                     for lane in 0..BLOCK {

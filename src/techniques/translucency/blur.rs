@@ -10,9 +10,10 @@
 //! takes every texel alike. The clear value is the far distance of the light's view, 1.5 radii of the box behind its
 //! centre; it also stands for what lies outside the map, where the light sees nothing either.
 
-use super::{Frame, Reading};
+use super::Frame;
+use crate::keys::Reading;
 use crate::numeric::{double::exp, lanes::wide, parallel};
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, Twin};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -22,6 +23,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &["translucency.shadow"],
         axes: &[Axis::Caster, Axis::Row, Axis::Column],
         unit: "scene unit",
+        knob: "translucency.shadow",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Value],
     },
     run,
 };

@@ -17,7 +17,7 @@
 
 use super::Frame;
 use crate::numeric::{order::max, parallel};
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, Twin};
 use crate::raster::{Axes, View, surfaces, visibility};
 use crate::sphere::irradiance;
 use crate::world::medium::Medium;
@@ -31,6 +31,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &[],
         axes: &[Axis::Light, Axis::Face, Axis::Row, Axis::Column, Axis::Channel(&["R", "G", "B", "cosine"])],
         unit: "irradiance; cosine in [0, 1]",
+        knob: "translucency.cubemap",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Colour, Preview::Value],
     },
     run,
 };
@@ -62,12 +65,12 @@ pub(super) fn face_view(frame: &Frame, [right, up]: [Vec3; 2]) -> View {
 }
 
 fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
-    let (solid, size) = (&frame.solid, frame.settings.cubemap);
+    let (solid, size) = (&frame.stage.solid, frame.settings.cubemap);
     let faces = parallel::map(6, |face| {
         let view = face_view(frame, FACES[face]);
         (visibility(&solid.positions, &solid.triangles, &view).triangle, view)
     });
-    let images = [frame.lights.len() * 6, size * size * 4];
+    let images = [frame.stage.lights.len() * 6, size * size * 4];
     let values = parallel::images(images, 4 * super::RUN, 0.0, |number, chunk, out| {
         let (light, (seen, view)) = (number / 6, &faces[number % 6]);
         let first = chunk * super::RUN;
@@ -80,7 +83,7 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
             }
         });
     });
-    Buffer::f32(&[frame.lights.len(), 6, size, size, 4], values)
+    Buffer::f32(&[frame.stage.lights.len(), 6, size, size, 4], values)
 }
 
 /// Irradiance on a surface, and the cosine at which it arrives.
@@ -90,7 +93,7 @@ fn illuminated(frame: &Frame, light: usize, point: Vec3, normal: Vec3) -> (Vec3,
         let channel = |matrix| max(irradiance::evaluate(matrix, normal), 0.0);
         return (Vec3::from_array(matrices.each_ref().map(channel)), Medium::diffuse_cosine());
     }
-    let (towards, facing) = frame.lights[light].casting().arriving(point);
+    let (towards, facing) = frame.stage.lights[light].casting().arriving(point);
     let cosine = max(normal.dot(towards), 0.0);
     (facing * cosine, cosine)
 }

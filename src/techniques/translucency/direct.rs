@@ -13,7 +13,7 @@ use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
 use crate::numeric::single::pow;
 use crate::numeric::vector::unit_or_zero;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, RGB, Twin};
 use crate::raster::Points;
 use crate::sphere::irradiance;
 use crate::world::medium::Medium;
@@ -28,19 +28,22 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &["translucency.gbuffer", "translucency.shadow"],
         axes: &[Axis::Light, Axis::Row, Axis::Column, RGB],
         unit: "radiance",
+        knob: "image.width",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Colour],
     },
     run,
 };
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let shadow = inputs.get("translucency.shadow");
-    let albedo = Vec3::from_array(frame.medium.dipoles.each_ref().map(|dipole| dipole.reflectance()));
-    shade(frame, inputs.get("translucency.gbuffer"), frame.lights.len(), |light, points, out| {
+    let albedo = Vec3::from_array(frame.stage.medium.dipoles.each_ref().map(|dipole| dipole.reflectance()));
+    shade(frame, inputs.get("translucency.gbuffer"), frame.stage.lights.len(), |light, points, out| {
         match (&frame.irradiance[light], frame.caster(light)) {
             (Some(matrices), _) => around(frame, matrices, albedo, points, out),
             (None, Some(caster)) => {
                 let mut highlights = [0.0; BLOCK];
-                if frame.gloss > 0.0 {
+                if frame.stage.gloss > 0.0 {
                     for lane in 0..points.count {
                         highlights[lane] =
                             highlight(frame, light, points.position(lane), points.normal(lane));
@@ -56,7 +59,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
 /// What of the diffuse light leaves towards the eye: albedo / π times the transmittance.
 #[inline(always)]
 fn leaving(frame: &Frame, albedo: Vec3, point: Vec3, normal: Vec3) -> Vec3 {
-    albedo * (FRAC_1_PI * frame.medium.transmittance(normal.dot(frame.towards_camera(point))))
+    albedo * (FRAC_1_PI * frame.stage.medium.transmittance(normal.dot(frame.towards_camera(point))))
 }
 
 wide! {
@@ -68,7 +71,7 @@ wide! {
         points: &Points,
         out: &mut [[f32; BLOCK]; 3],
     ) {
-        let entering = frame.medium.transmittance(Medium::diffuse_cosine());
+        let entering = frame.stage.medium.transmittance(Medium::diffuse_cosine());
         for lane in 0..BLOCK {
             let (point, normal) = (points.position(lane), points.normal(lane));
             let irradiance = |channel: usize| max(irradiance::evaluate(&matrices[channel], normal), 0.0);
@@ -90,7 +93,7 @@ wide! {
         points: &Points,
         out: &mut [[f32; BLOCK]; 3],
     ) {
-        let (shadow, light) = (&caster.shadow, frame.lights[caster.light].casting());
+        let (shadow, light) = (&caster.shadow, frame.stage.lights[caster.light].casting());
         let footprints = Footprints::new(shadow, points);
         let first = footprints.gather(points.count, |texel| first[texel * 3]);
         for lane in 0..BLOCK {
@@ -99,7 +102,7 @@ wide! {
             let cosine = normal.dot(towards);
             let limit = shadow.distance(point) - slack(shadow, point, cosine);
             let lit = footprints.share(&first, lane, |first| (first == 0.0) | (limit <= first));
-            let diffuse = leaving(frame, albedo, point, normal) * frame.medium.transmittance(cosine);
+            let diffuse = leaving(frame, albedo, point, normal) * frame.stage.medium.transmittance(cosine);
             let radiance = (diffuse + Vec3::splat(highlights[lane])) * facing * (cosine * lit);
             let radiance = if cosine > 0.0 { radiance } else { Vec3::ZERO };
             (out[0][lane], out[1][lane], out[2][lane]) = radiance.into();
@@ -109,12 +112,12 @@ wide! {
 
 /// The normalised Blinn-Phong lobe, (n + 8) / 8π · (n·h)ⁿ, times Schlick's reflectance at the half vector.
 fn highlight(frame: &Frame, light: usize, point: Vec3, normal: Vec3) -> f32 {
-    let (towards, eye) = (frame.lights[light].casting().arriving(point).0, frame.towards_camera(point));
+    let (towards, eye) = (frame.stage.lights[light].casting().arriving(point).0, frame.towards_camera(point));
     if normal.dot(towards) <= 0.0 {
         return 0.0;
     }
     let half = unit_or_zero(towards + eye);
-    let reflectance = 1.0 - frame.medium.transmittance(eye.dot(half));
-    let lobe = pow(max(normal.dot(half), 0.0), frame.gloss);
-    (frame.gloss + 8.0) * (0.125 * FRAC_1_PI) * lobe * reflectance
+    let reflectance = 1.0 - frame.stage.medium.transmittance(eye.dot(half));
+    let lobe = pow(max(normal.dot(half), 0.0), frame.stage.gloss);
+    (frame.stage.gloss + 8.0) * (0.125 * FRAC_1_PI) * lobe * reflectance
 }

@@ -2,87 +2,91 @@
 //! the material, what each pass computes, and the matrices and coefficients as arrays.
 
 use super::cubemap::{FACES, face_view};
-use super::{Caster, Frame};
+use super::{Caster, Frame, Settings};
+use crate::Error;
+use crate::keys::Values;
 use crate::pass::{Buffer, Data, Kept};
 use crate::raster::{Axes, View};
 use crate::sphere::irradiance::{C1, C2, C3, C4, C5};
+use crate::techniques::Export;
+use crate::world::Stage;
 use crate::world::light::Light;
 use crate::world::medium::Medium;
-use crate::world::mesh::Mesh;
 use glam::Vec3;
 use serde_json::{Value as Json, json};
 use std::f64::consts::PI;
 
-/// What reproducing a frame elsewhere takes, beside the scene's settings and its passes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Export {
-    /// The solid where the scene puts it, in the scene's unit.
-    pub solid: Mesh,
-    /// Length of the scene's unit, in metres.
-    pub metres: f32,
-    /// `conventions`, `image`, `camera`, `lights`, `shadow`, `cubemap`, `points`, `bounds`, `material`, `formulas`.
-    pub facts: Json,
-    /// Arrays by name: `camera` [4, 4], `shadow` [casters, 4, 4] and `cubemap` [6, 4, 4], the matrices `clip_from_world`;
-    /// `sh` [lights, 9, 3] and `matrices` [lights, 3, 4, 4], the buffers of those passes, with an axis of points behind the
-    /// lights where there are several; `positions` and `normals` [vertices, 3], `triangles` [triangles, 3].
-    pub arrays: Vec<(&'static str, Buffer)>,
-}
+/// The arrays and what each holds. Matrices are `clip_from_world`, row-major.
+const ARRAYS: &[(&str, &str)] = &[
+    ("camera", "[4, 4] clip_from_world, row-major"),
+    ("shadow", "[casting lights, 4, 4] the same of the shadow maps"),
+    ("cubemap", "[6, 4, 4] the same of the cubemap's faces"),
+    ("sh", "[lights, 9, 3] the projection, RGB; of several accumulation points [lights, points, 9, 3]"),
+    ("matrices", "[lights, 3, 4, 4] the matrices of radiosity; of several points [lights, points, 3, 4, 4]"),
+    ("positions", "[vertices, 3] of the solid"),
+    ("normals", "[vertices, 3] of the solid"),
+    ("triangles", "[triangles, 3] of the solid, u32"),
+];
 
-impl Export {
-    /// Gathers it from a frame and all its passes.
-    ///
-    /// # Panics
-    /// Where `kept` lacks `translucency.projection` or `translucency.matrices`.
-    pub fn new(frame: Frame, kept: &Kept) -> Self {
-        let faces = FACES.map(|axes| face_view(&frame, axes));
-        let facts = json!({
-            "conventions": conventions(&frame.medium),
-            "image": {
-                "width": frame.view.width,
-                "height": frame.view.height,
-                "background": frame.background.to_array(),
-                "colour": "linear RGB, Rec. 709 primaries",
-            },
-            "camera": camera(&frame),
-            "lights": (0..frame.lights.len()).map(|light| self::light(&frame, light)).collect::<Vec<_>>(),
-            "shadow": frame.casters.iter().map(shadow).collect::<Vec<_>>(),
-            "cubemap": cubemap(&frame, &faces),
-            "points": {
-                "counts": frame.points.counts,
-                "about": "accumulation points: the middles of so many equal parts of the cubemap's box along x, y and z, x \
-                    counting fastest",
-            },
-            "bounds": {
-                "low": frame.bounds.low.to_array(),
-                "high": frame.bounds.high.to_array(),
-                "centre": frame.bounds.center().to_array(),
-                "half_extents": frame.bounds.half_extents().to_array(),
-                "of": "the vertices that triangles use; each half extent is at least 1/10,000 of the diagonal's half",
-            },
-            "material": material(&frame.medium, frame.gloss),
-            "formulas": formulas(),
-        });
-        let pass = |name: &str| kept.get(name).unwrap_or_else(|| panic!("{name} was not run")).clone();
-        let matrices =
-            |views: &[&View]| views.iter().flat_map(|view| view.clip_from_world).flatten().collect();
-        let shadows: Vec<_> = frame.casters.iter().map(|caster| &caster.shadow.view).collect();
-        let vectors = |vectors: &[Vec3]| {
-            let values = vectors.iter().flat_map(|vector| vector.to_array()).collect();
-            Buffer::f32(&[vectors.len(), 3], values)
-        };
-        let triangles = Data::U32(frame.solid.triangles.iter().flatten().copied().collect());
-        let arrays = vec![
-            ("camera", Buffer::f32(&[4, 4], matrices(&[&frame.view]))),
-            ("shadow", Buffer::f32(&[shadows.len(), 4, 4], matrices(&shadows))),
-            ("cubemap", Buffer::f32(&[6, 4, 4], matrices(&faces.each_ref()))),
-            ("sh", pass("translucency.projection")),
-            ("matrices", pass("translucency.matrices")),
-            ("positions", vectors(&frame.solid.positions)),
-            ("normals", vectors(&frame.solid.normals)),
-            ("triangles", Buffer { shape: vec![frame.solid.triangles.len(), 3], data: triangles }),
-        ];
-        Self { metres: frame.medium.millimetres / 1000.0, solid: frame.solid, facts, arrays }
-    }
+pub(super) const EXPORT: Export = Export { arrays: ARRAYS, gather };
+
+/// Gathers it from a stage and all its passes. The facts are `conventions`, `image`, `camera`, `lights`, `shadow`,
+/// `cubemap`, `points`, `bounds`, `material`, `formulas`; the arrays are in the order of [`ARRAYS`].
+///
+/// # Errors
+/// Those of [`Frame::new`].
+///
+/// # Panics
+/// Where `kept` lacks `translucency.projection` or `translucency.matrices`.
+fn gather(stage: &Stage, values: &Values, kept: &Kept) -> Result<(Json, Vec<Buffer>), Error> {
+    let frame = Frame::new(stage.clone(), Settings::read(values))?;
+    let faces = FACES.map(|axes| face_view(&frame, axes));
+    let facts = json!({
+        "conventions": conventions(&frame.stage.medium),
+        "image": {
+            "width": frame.view.width,
+            "height": frame.view.height,
+            "background": frame.stage.background.to_array(),
+            "colour": "linear RGB, Rec. 709 primaries",
+        },
+        "camera": camera(&frame),
+        "lights": (0..frame.stage.lights.len()).map(|light| self::light(&frame, light)).collect::<Vec<_>>(),
+        "shadow": frame.casters.iter().map(shadow).collect::<Vec<_>>(),
+        "cubemap": cubemap(&frame, &faces),
+        "points": {
+            "counts": frame.points.counts,
+            "about": "accumulation points: the middles of so many equal parts of the cubemap's box along x, y and z, x \
+                counting fastest",
+        },
+        "bounds": {
+            "low": frame.bounds.low.to_array(),
+            "high": frame.bounds.high.to_array(),
+            "centre": frame.bounds.center().to_array(),
+            "half_extents": frame.bounds.half_extents().to_array(),
+            "of": "the vertices that triangles use; each half extent is at least 1/10,000 of the diagonal's half",
+        },
+        "material": material(&frame.stage.medium, frame.stage.gloss),
+        "formulas": formulas(),
+    });
+    let pass = |name: &str| kept.get(name).unwrap_or_else(|| panic!("{name} was not run")).clone();
+    let matrices = |views: &[&View]| views.iter().flat_map(|view| view.clip_from_world).flatten().collect();
+    let shadows: Vec<_> = frame.casters.iter().map(|caster| &caster.shadow.view).collect();
+    let vectors = |vectors: &[Vec3]| {
+        let values = vectors.iter().flat_map(|vector| vector.to_array()).collect();
+        Buffer::f32(&[vectors.len(), 3], values)
+    };
+    let triangles = Data::U32(frame.stage.solid.triangles.iter().flatten().copied().collect());
+    let arrays = vec![
+        Buffer::f32(&[4, 4], matrices(&[&frame.view])),
+        Buffer::f32(&[shadows.len(), 4, 4], matrices(&shadows)),
+        Buffer::f32(&[6, 4, 4], matrices(&faces.each_ref())),
+        pass("translucency.projection"),
+        pass("translucency.matrices"),
+        vectors(&frame.stage.solid.positions),
+        vectors(&frame.stage.solid.normals),
+        Buffer { shape: vec![frame.stage.solid.triangles.len(), 3], data: triangles },
+    ];
+    Ok((facts, arrays))
 }
 
 /// How everything is to be read.
@@ -162,7 +166,7 @@ fn spherical_harmonics() -> Json {
 }
 
 fn camera(frame: &Frame) -> Json {
-    let (camera, view) = (&frame.camera, &frame.view);
+    let (camera, view) = (&frame.stage.camera, &frame.view);
     let Axes { right, up, forward } = Axes::looking(camera.target - camera.position, camera.up);
     json!({
         "position": camera.position.to_array(),
@@ -177,7 +181,7 @@ fn camera(frame: &Frame) -> Json {
 }
 
 fn light(frame: &Frame, light: usize) -> Json {
-    let mut json = match &frame.lights[light] {
+    let mut json = match &frame.stage.lights[light] {
         Light::Point { position, intensity } => json!({
             "kind": "point",
             "position": position.to_array(),
@@ -190,9 +194,9 @@ fn light(frame: &Frame, light: usize) -> Json {
             "irradiance": irradiance.to_array(),
             "about": "direction in which the light travels; irradiance of a surface that faces it",
         }),
-        Light::Environment { coefficients } => json!({
+        environment @ Light::Environment { .. } => json!({
             "kind": "environment",
-            "radiance_sh": coefficients,
+            "radiance_sh": environment.nine(),
             "irradiance_matrices": frame.irradiance[light],
             "about": "nine coefficients of radiance, RGB; for each of R, G, B the matrix M of its irradiance",
         }),
@@ -286,7 +290,7 @@ fn formulas() -> Json {
         "blur": "Gaussian of shadow's distance in both directions: offsets -floor(width/2) ... floor(width/2), standard \
             deviation width/4 texels; texels without a surface and those outside have no weight, the sum is divided by \
             the weights, and is 0 without any",
-        "visibility": "the triangle that covers the pixel's centre and is nearest; 4294967295 without one",
+        "vbuffer": "the triangle that covers the pixel's centre and is nearest; 4294967295 without one",
         "gbuffer": "p and n, interpolated in perspective at the pixel's centre, n normalised; depth is w of clip_from_world p",
         "thickness": "d = max(0, distance(p) - blur), blur bilinear without the texels that are 0 (distance(p) if all \
             are); receives = bilinear share of the texels at which peel is 0 or at least distance(p) - slack; slack = \

@@ -3,7 +3,7 @@
 
 use super::{Frame, Show};
 use crate::numeric::{lanes::wide, parallel};
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, RGB, Twin};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -18,6 +18,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         ],
         axes: &[Axis::Row, Axis::Column, RGB],
         unit: "radiance",
+        knob: "image.width",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Picture],
     },
     run,
 };
@@ -28,7 +31,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let pixels = frame.view.width * frame.view.height;
     let values = parallel::images([1, pixels * 3], 3 * super::RUN, 0.0, |_, chunk, out| {
         let first = chunk * super::RUN;
-        for light in 0..frame.lights.len() {
+        for light in 0..frame.stage.lights.len() {
             let start = (light * pixels + first) * 3;
             let at = start..start + out.len();
             add(frame.settings.show, &direct[at.clone()], &attenuation[at.clone()], &radiosity[at], out);
@@ -36,7 +39,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
         let depths = gbuffer[first * 7..].chunks_exact(7).map(|texel| texel[6]);
         for (out, depth) in out.chunks_exact_mut(3).zip(depths) {
             if depth <= 0.0 {
-                out.copy_from_slice(&frame.background.to_array());
+                out.copy_from_slice(&frame.stage.background.to_array());
             }
         }
     });

@@ -1,85 +1,16 @@
 //! What the passes of a frame compute from.
 
-use super::Points;
+use super::{Fit, Points, Settings};
 use crate::Error;
+use crate::keys::Reading;
 use crate::numeric::order::{max3, min};
 use crate::numeric::vector::unit_or_zero;
 use crate::raster::{ShadowView, View};
 use crate::sphere::irradiance;
-use crate::world::camera::Camera;
+use crate::world::Stage;
 use crate::world::light::Light;
-use crate::world::medium::Medium;
-use crate::world::mesh::{Bounds, Mesh};
+use crate::world::mesh::Bounds;
 use glam::Vec3;
-
-/// What a light's shadow map just holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fit {
-    /// The solid's bounding box.
-    Box,
-    /// The solid: the tightest rectangle around its projection.
-    Solid,
-}
-
-/// Which light the picture shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Show {
-    /// Both.
-    All,
-    /// What the surface reflects, as in fig. 10a and 11a.
-    Direct,
-    /// What has come through the solid.
-    Scattered,
-}
-
-/// How an equation is taken where print and correction differ. Each pass's head says what it does under each.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reading {
-    /// As the errata correct it.
-    Corrected,
-    /// To the letter of the paper, errors included.
-    Paper,
-}
-
-/// Where the radiosity is evaluated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Evaluation {
-    /// At each pixel.
-    Pixel,
-    /// At each vertex, and interpolated over the triangle (fig. 6).
-    Vertex,
-}
-
-/// The technique's own knobs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Width and height of a face of the external cubemap, in texels.
-    pub cubemap: usize,
-    /// Width and height of a light's shadow map, in texels.
-    pub shadow: usize,
-    /// Width of the Gaussian that blurs it, in texels; 0 and 1 leave it as it is.
-    pub blur: usize,
-    /// Which reading of the equations.
-    pub reading: Reading,
-    /// The thickness at which [`Reading::Paper`] holds the attenuation of Eq. 12, in the scene's unit; `None` for
-    /// 10⁻³ of half the bounding box's diagonal.
-    pub smallest_d: Option<f32>,
-    /// Where the radiosity is evaluated.
-    pub evaluation: Evaluation,
-    /// Whether only points up to the second surface that the light meets receive it (fig. 9); else all do.
-    pub second_layer: bool,
-    /// Whether the radiosity is looked up where the refracted ray leaves the box (the cure of fig. 7a); else along
-    /// the ray's direction from the centre.
-    pub shift_cure: bool,
-    /// Whether the six views fill the solid's bounding box (fig. 8, the cure of fig. 7b); else a cube around it.
-    pub blindness_cure: bool,
-    /// What a light's shadow map just holds.
-    pub fit: Fit,
-    /// Accumulation points along the longest side of the box that the cubemap's views fill.
-    pub accumulation: usize,
-    /// Which light the picture shows.
-    pub show: Show,
-}
 
 /// A light with a shadow map.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,11 +21,11 @@ pub struct Caster {
     pub shadow: ShadowView,
 }
 
-/// A solid, what lights it, and who looks.
+/// What a frame is made of, and what its passes derive from that alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// The solid, in the scene's unit.
-    pub solid: Mesh,
+    /// Solid, lights and camera.
+    pub stage: Stage,
     /// The solid's bounding box, each half extent at least 10⁻⁴ of the radius so that a flat solid has one too.
     pub bounds: Bounds,
     /// The box whose faces the six views of the cubemap fill: the bounding box, or without the cure of blindness the
@@ -102,43 +33,26 @@ pub struct Frame {
     pub viewed: Bounds,
     /// Where light is accumulated.
     pub points: Points,
-    /// The material.
-    pub medium: Medium,
-    /// Exponent of the highlight of casting lights; 0 for none.
-    pub gloss: f32,
-    /// In the scene's order.
-    pub lights: Vec<Light>,
     /// The lights that cast, in the scene's order.
     pub casters: Vec<Caster>,
     /// For each light that is an environment, one matrix a colour whose quadratic form is irradiance.
     pub irradiance: Vec<Option<[[[f32; 4]; 4]; 3]>>,
-    /// Who looks.
-    pub camera: Camera,
     /// The camera's view.
     pub view: View,
-    /// Radiance of pixels that see no surface.
-    pub background: Vec3,
     /// The technique's knobs.
     pub settings: Settings,
 }
 
 impl Frame {
-    /// Prepares a frame; `size` is the image's width and height.
+    /// Prepares a frame.
     ///
     /// # Errors
     /// A point light inside or too near the solid's bounding box: the error's key is `light[i]`.
-    #[expect(clippy::too_many_arguments, reason = "called once, by run.rs, with a scene's parts by name")]
-    pub fn new(
-        solid: Mesh,
-        medium: Medium,
-        gloss: f32,
-        lights: Vec<Light>,
-        camera: Camera,
-        size: [usize; 2],
-        background: Vec3,
-        settings: Settings,
-    ) -> Result<Self, Error> {
-        let bounds = solid.bounds();
+    ///
+    /// # Panics
+    /// Where an environment has coefficients of fewer than three bands.
+    pub fn new(stage: Stage, settings: Settings) -> Result<Self, Error> {
+        let bounds = stage.solid.bounds();
         let (center, half) = (bounds.center(), bounds.half_extents());
         let half = max3(half, Vec3::splat(half.length() * 1e-4));
         let bounds = Bounds { low: center - half, high: center + half };
@@ -146,7 +60,7 @@ impl Frame {
         let cube = Bounds { low: center - widest, high: center + widest };
         let viewed = if settings.blindness_cure { bounds } else { cube };
         let mut casters = Vec::new();
-        for (index, light) in lights.iter().enumerate() {
+        for (index, light) in stage.lights.iter().enumerate() {
             let shadow = match light {
                 Light::Point { position, .. } => ShadowView::point(*position, center, half, settings.shadow)
                     .map_err(|error| error.key(format!("light[{index}].position")))?,
@@ -157,33 +71,15 @@ impl Frame {
             };
             let shadow = match settings.fit {
                 Fit::Box => shadow,
-                Fit::Solid => shadow.fitted(solid.used_positions()),
+                Fit::Solid => shadow.fitted(stage.solid.used_positions()),
             };
             casters.push(Caster { light: index, shadow });
         }
-        let irradiance = lights
-            .iter()
-            .map(|light| match light {
-                Light::Environment { coefficients } => Some(irradiance::matrix(coefficients)),
-                _ => None,
-            })
-            .collect();
-        let view = View::of(&camera, &bounds, size);
-        Ok(Self {
-            solid,
-            bounds,
-            viewed,
-            points: Points::new(viewed.half_extents(), settings.accumulation),
-            medium,
-            gloss,
-            lights,
-            casters,
-            irradiance,
-            camera,
-            view,
-            background,
-            settings,
-        })
+        let irradiance = stage.lights.iter().map(|light| light.nine().map(|nine| irradiance::matrix(&nine)));
+        let irradiance = irradiance.collect();
+        let view = View::of(&stage.camera, &bounds, stage.size);
+        let points = Points::new(viewed.half_extents(), settings.accumulation);
+        Ok(Self { stage, bounds, viewed, points, casters, irradiance, view, settings })
     }
 
     /// Whether the letter of the paper is asked for.
@@ -208,7 +104,7 @@ impl Frame {
     /// The unit direction from `point` towards the camera.
     #[inline(always)]
     pub(super) fn towards_camera(&self, point: Vec3) -> Vec3 {
-        unit_or_zero(self.camera.position - point)
+        unit_or_zero(self.stage.camera.position - point)
     }
 
     /// The refracted direction r of §2: the view ray to `point` bent into the medium about the unit `normal` by
@@ -217,7 +113,7 @@ impl Frame {
     #[inline(always)]
     pub(super) fn refracted(&self, point: Vec3, normal: Vec3) -> Vec3 {
         let ray = -self.towards_camera(point);
-        let sine = (ray - normal * ray.dot(normal)) / self.medium.eta;
+        let sine = (ray - normal * ray.dot(normal)) / self.stage.medium.eta;
         let squared = sine.length_squared();
         sine - normal * (if squared < 1.0 { 1.0 - squared } else { 0.0 }).sqrt()
     }

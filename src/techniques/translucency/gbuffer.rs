@@ -3,7 +3,7 @@
 use super::Frame;
 use crate::numeric::lanes::BLOCK;
 use crate::numeric::{order::min, parallel};
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, Twin};
 use crate::raster::{Points, surfaces};
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -11,20 +11,23 @@ pub(super) const PASS: Pass<Frame> = Pass {
         name: "translucency.gbuffer",
         equation: "-",
         about: "position, unit normal and depth along the view's axis; all 0 where the camera sees nothing",
-        inputs: &["translucency.visibility"],
+        inputs: &["translucency.vbuffer"],
         axes: &[Axis::Row, Axis::Column, Axis::Channel(&["x", "y", "z", "nx", "ny", "nz", "depth"])],
         unit: "scene unit",
+        knob: "image.width",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Place, Preview::Direction, Preview::Value],
     },
     run,
 };
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
-    let seen = inputs.get("translucency.visibility").as_u32();
+    let seen = inputs.get("translucency.vbuffer").as_u32();
     let view = &frame.view;
     let forward = view.clip_from_world[3];
     let values = parallel::images([1, seen.len() * 7], 7 * super::RUN, 0.0, |_, chunk, out| {
         let first = chunk * super::RUN;
-        surfaces(&frame.solid, view, &seen[first..][..out.len() / 7], first, |points| {
+        surfaces(&frame.stage.solid, view, &seen[first..][..out.len() / 7], first, |points| {
             for lane in 0..points.count {
                 let (p, n) = (points.position(lane), points.normal(lane));
                 let depth = forward[0] * p.x + forward[1] * p.y + forward[2] * p.z + forward[3];

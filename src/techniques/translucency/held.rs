@@ -1,14 +1,14 @@
 //! `translucency.held`: where Eq. 12 was not computed with the thickness that was measured.
 //!
 //! The printed attenuation diverges as 1/d³ at d → 0 and is negative at d < 0 (errata T3). Its reading
-//! ([`Reading::Paper`](super::Reading::Paper)) takes a thickness of at most `smallest_d`, a negative one included, for
+//! ([`Reading::Paper`](crate::keys::Reading::Paper)) takes a thickness of at most `smallest_d`, a negative one included, for
 //! `smallest_d`: this is the mask of those pixels, in which the picture is the setting's and not the equation's. The
 //! corrected attenuation is bounded, and holds a thickness at 0 alone.
 
 use super::Frame;
 use super::attenuation::measured;
 use super::gbuffer::shade;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, Twin};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -18,6 +18,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &["translucency.gbuffer", "translucency.thickness"],
         axes: &[Axis::Light, Axis::Row, Axis::Column, Axis::Channel(&["held"])],
         unit: "0 or 1",
+        knob: "image.width",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Value],
     },
     run,
 };
@@ -25,7 +28,7 @@ pub(super) const PASS: Pass<Frame> = Pass {
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let (thickness, smallest) = (inputs.get("translucency.thickness"), frame.smallest_d());
     let gbuffer = inputs.get("translucency.gbuffer");
-    shade(frame, gbuffer, frame.lights.len(), |light, points, [held]| {
+    shade(frame, gbuffer, frame.stage.lights.len(), |light, points, [held]| {
         let [d, _] = measured(frame, thickness, light, points);
         *held = d.map(|d| if d <= smallest { 1.0 } else { 0.0 });
     })

@@ -7,8 +7,9 @@
 //! To the letter the last row has c₁E₁₁ and c₂E₂₋₁ where the last column has c₂E₁₁ and c₂E₁₋₁, and
 //! the constants have six digits, of which c₂'s and c₃'s last is wrong; nothing divides by π.
 
-use super::{Frame, Reading};
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use super::Frame;
+use crate::keys::Reading;
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB, Twin};
 use crate::sphere::irradiance;
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -17,15 +18,24 @@ pub(super) const PASS: Pass<Frame> = Pass {
         equation: "Eq. 11; T1, T9, T10",
         about: "for each accumulation point and colour the matrix M of B(r) = [r, 1]ᵗ M [r, 1]; a single point has no axis",
         inputs: &["translucency.projection"],
-        axes: &[Axis::Light, Axis::Point, RGB, Axis::MatrixRow, Axis::MatrixColumn],
+        axes: &[
+            Axis::Light,
+            Axis::Several("point"),
+            RGB,
+            Axis::Of("row of matrix"),
+            Axis::Of("column of matrix"),
+        ],
         unit: "irradiance",
+        knob: "translucency.accumulation",
+        twin: Twin::PLANNED,
+        preview: &[],
     },
     run,
 };
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let projection = inputs.get("translucency.projection");
-    let lights = frame.lights.len();
+    let lights = frame.stage.lights.len();
     let mut values = Vec::with_capacity(lights * frame.points.count() * 48);
     for terms in projection.as_f32().chunks_exact(27) {
         let coefficients = std::array::from_fn(|i| [terms[3 * i], terms[3 * i + 1], terms[3 * i + 2]]);

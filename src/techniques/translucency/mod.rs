@@ -7,14 +7,14 @@
 //! shadow ┬→ peel ─────────┐                                             │
 //!        ├→ blur ─────────┴→ thickness ────────────────→ attenuation ───┼→ final
 //!        └──────────────────────────────→ direct ───────────────────────┘
-//! visibility → (gbuffer, radiosity)
+//! vbuffer → (gbuffer, radiosity)
 //! gbuffer → (thickness, radiosity, attenuation, held, direct, final)
 //! thickness → held
 //! ```
 //!
 //! Light is accumulated in one point or, as §5 hopes for, in several (`points`).
 //!
-//! Every pass has the corrected reading of the errata and, under [`Reading::Paper`], the letter of the print; its head
+//! Every pass has the corrected reading of the errata and, under [`Reading::Paper`](crate::keys::Reading::Paper), the letter of the print; its head
 //! says which rows it decides, why, and what the letter does there. Where the paper says nothing, or what cannot be
 //! computed (T5, T8, T13, T14, T15), both readings are one.
 
@@ -33,16 +33,44 @@ mod peel;
 mod points;
 mod projection;
 mod radiosity;
+mod settings;
 mod shadow;
 mod thickness;
 mod transmit;
-mod visibility;
+mod vbuffer;
 
-pub use export::Export;
-pub use frame::{Caster, Evaluation, Fit, Frame, Reading, Settings, Show};
+pub use frame::{Caster, Frame};
 pub use points::Points;
+pub use settings::{Evaluation, Fit, Settings, Show};
 
-use crate::pass::Pass;
+use super::{Outline, Technique};
+use crate::Error;
+use crate::keys::Values;
+use crate::pass::{Axis, Given, Info, Pass, Recorder, execute, infos};
+use crate::truth::Transport;
+use crate::world::Stage;
+
+/// The technique's row.
+pub static TECHNIQUE: Technique = Technique {
+    name: "translucency",
+    about: "translucent solids, after Banterle and Chalmers",
+    scene: "scenes/translucency/knot.toml",
+    keys: settings::KEYS,
+    tables: &["material"],
+    lights: &["point", "directional", "environment"],
+    other_light: "",
+    passes: &INFOS,
+    bands: |_| 3,
+    length,
+    scratch,
+    enters: |_| true,
+    bake: None,
+    transport: |_, _| Ok(Transport::Dipole),
+    render,
+    export: Some(export::EXPORT),
+};
+
+const INFOS: [Info; 15] = infos(&PASSES);
 
 /// The technique's passes in flow order.
 pub const PASSES: [Pass<Frame>; 15] = [
@@ -53,7 +81,7 @@ pub const PASSES: [Pass<Frame>; 15] = [
     shadow::PASS,
     peel::PASS,
     blur::PASS,
-    visibility::PASS,
+    vbuffer::PASS,
     gbuffer::PASS,
     thickness::PASS,
     radiosity::PASS,
@@ -65,3 +93,33 @@ pub const PASSES: [Pass<Frame>; 15] = [
 
 /// Pixels or texels that a pass computes together: a constant, so that the order of a thread's work cannot show.
 const RUN: usize = 1024;
+
+fn length(outline: &Outline<'_>, info: &Info, axis: Axis) -> Option<usize> {
+    let settings = Settings::read(outline.values);
+    match (axis, info.knob) {
+        (Axis::Row | Axis::Column, "translucency.cubemap") => Some(settings.cubemap),
+        (Axis::Row | Axis::Column, "translucency.shadow") => Some(settings.shadow),
+        (Axis::Coefficient, _) => Some(9),
+        (Axis::Of(_), _) => Some(4), // rows and columns of the matrices
+        (Axis::Several(_), _) => Some(settings.accumulation.pow(3)),
+        _ => None,
+    }
+}
+
+/// While the cubemap is made: a texel's triangle, what its tile holds while it is filled, and its corner's share of solid
+/// angles.
+fn scratch(outline: &Outline<'_>, info: &Info) -> Option<(&'static str, u64)> {
+    let texels = 6 * (Settings::read(outline.values).cubemap as u64).pow(2);
+    (info.name == "translucency.cubemap").then_some((info.knob, texels * (4 + 14 + 8)))
+}
+
+fn render(
+    stage: Stage,
+    values: &Values,
+    wanted: &[&str],
+    given: Given,
+    recorder: &mut dyn Recorder,
+) -> Result<(), Error> {
+    let frame = Frame::new(stage, Settings::read(values))?;
+    execute(&PASSES, &frame, wanted, given, recorder)
+}

@@ -5,7 +5,7 @@
 use super::Frame;
 use super::shadow::distances_of;
 use crate::numeric::parallel;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, Twin};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -15,6 +15,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &["translucency.shadow"],
         axes: &[Axis::Caster, Axis::Row, Axis::Column],
         unit: "scene unit",
+        knob: "translucency.shadow",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Value],
     },
     run,
 };

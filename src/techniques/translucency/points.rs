@@ -36,7 +36,7 @@ impl Points {
     }
 
     /// The shape of a buffer that has `each` for every light and point: a single point has no axis
-    /// ([`crate::pass::Axis::Point`]), so that its buffers are those of the paper.
+    /// ([`crate::pass::Axis::Several`]), so that its buffers are those of the paper.
     pub(super) fn shape(self, lights: usize, each: &[usize]) -> Vec<usize> {
         let points = self.count();
         let several = (points > 1).then_some(points);

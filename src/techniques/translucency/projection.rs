@@ -13,10 +13,11 @@
 //! A texel that sees nothing counts as E = 0, as in the paper, so light is lost where the solid does not fill its box:
 //! a constant irradiance on a sphere gives 0.879 of the c00 that it gives on a box.
 
+use super::Frame;
 use super::cubemap::FACES;
-use super::{Frame, Reading};
+use crate::keys::Reading;
 use crate::numeric::{double::atan2, parallel, sum::sum};
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB, Twin};
 use crate::sphere::sh;
 use glam::DVec3;
 
@@ -27,8 +28,11 @@ pub(super) const PASS: Pass<Frame> = Pass {
         about: "nine spherical-harmonic coefficients of the entering irradiance for each accumulation point; a single point \
             has no axis",
         inputs: &["translucency.transmit"],
-        axes: &[Axis::Light, Axis::Point, Axis::Coefficient, RGB],
+        axes: &[Axis::Light, Axis::Several("point"), Axis::Coefficient, RGB],
         unit: "irradiance",
+        knob: "translucency.accumulation",
+        twin: Twin::PLANNED,
+        preview: &[],
     },
     run,
 };
@@ -36,7 +40,7 @@ pub(super) const PASS: Pass<Frame> = Pass {
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let transmit = inputs.get("translucency.transmit");
     let size = frame.settings.cubemap;
-    let (lights, points) = (frame.lights.len(), frame.points.count());
+    let (lights, points) = (frame.stage.lights.len(), frame.points.count());
     let mut values = vec![0.0; lights * points * 27];
     for point in 0..points {
         let (scale, place) = (frame.points.scale().as_dvec3(), frame.points.place(point).as_dvec3());

@@ -23,7 +23,7 @@ use super::{Evaluation, Frame};
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::vector::unit_or_zero;
 use crate::numeric::{order::max, parallel};
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, RGB, Twin};
 use crate::raster::Points;
 use crate::sphere::irradiance;
 use glam::Vec3;
@@ -33,17 +33,20 @@ pub(super) const PASS: Pass<Frame> = Pass {
         name: "translucency.radiosity",
         equation: "Eq. 10, Eq. 5, fig. 6 and 7; T5, T7, T13",
         about: "the light that the refracted direction collects, looked up where its ray leaves the bounding box",
-        inputs: &["translucency.visibility", "translucency.gbuffer", "translucency.matrices"],
+        inputs: &["translucency.vbuffer", "translucency.gbuffer", "translucency.matrices"],
         axes: &[Axis::Light, Axis::Row, Axis::Column, RGB],
         unit: "irradiance",
+        knob: "image.width",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Colour],
     },
     run,
 };
 
 fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
-    let seen = inputs.get("translucency.visibility").as_u32();
+    let seen = inputs.get("translucency.vbuffer").as_u32();
     let (gbuffer, matrices) = (inputs.get("translucency.gbuffer"), inputs.get("translucency.matrices"));
-    let count = frame.lights.len();
+    let count = frame.stage.lights.len();
     let matrices: Vec<_> = (0..count).map(|light| of_points(matrices.slice(light))).collect();
     match frame.settings.evaluation {
         Evaluation::Pixel => shade(frame, gbuffer, count, |light, points, out| match &matrices[light][..] {
@@ -60,9 +63,10 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
             shade(frame, gbuffer, count, |light, points, out: &mut [_; 3]| {
                 for lane in 0..points.count {
                     let pixel = points.pixel[lane] as usize;
-                    let corners = frame.solid.triangles[seen[pixel] as usize].map(|corner| corner as usize);
+                    let corners =
+                        frame.stage.solid.triangles[seen[pixel] as usize].map(|corner| corner as usize);
                     let (x, y) = (pixel % frame.view.width, pixel / frame.view.width);
-                    let positions = corners.map(|corner| frame.solid.positions[corner]);
+                    let positions = corners.map(|corner| frame.stage.solid.positions[corner]);
                     let weights = frame.view.barycentric(positions, frame.view.ndc(x, y));
                     let of = corners.map(|corner| vertices[light][corner]);
                     for (channel, out) in out.iter_mut().enumerate() {
@@ -88,10 +92,10 @@ fn of_points(entries: &[f32]) -> Vec<Matrices> {
 
 /// The radiosity at every vertex for the matrices of one light.
 fn at_vertices(frame: &Frame, matrices: &[Matrices]) -> Vec<[f32; 3]> {
-    let mut values = vec![[0.0; 3]; frame.solid.positions.len()];
+    let mut values = vec![[0.0; 3]; frame.stage.solid.positions.len()];
     parallel::for_each_chunk(&mut values, super::RUN, |chunk, out| {
         for (vertex, out) in (chunk * super::RUN..).zip(out) {
-            let (point, normal) = (frame.solid.positions[vertex], frame.solid.normals[vertex]);
+            let (point, normal) = (frame.stage.solid.positions[vertex], frame.stage.solid.normals[vertex]);
             *out = match matrices {
                 [one] => radiosity(frame, one, point, normal),
                 several => interpolated(frame, several, point, normal),

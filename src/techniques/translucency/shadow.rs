@@ -7,7 +7,7 @@
 
 use super::Frame;
 use crate::numeric::{lanes::wide, parallel};
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, Twin};
 use crate::raster::{ShadowView, two_depths};
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -19,13 +19,16 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &[],
         axes: &[Axis::Caster, Axis::Row, Axis::Column, Axis::Channel(&["distance", "depth", "second"])],
         unit: "scene unit; depths in [0, 1], 1 nearest",
+        knob: "translucency.shadow",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Value, Preview::Value, Preview::Value],
     },
     run,
 };
 
 fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
     let size = frame.settings.shadow;
-    let solid = &frame.solid;
+    let solid = &frame.stage.solid;
     let maps: Vec<_> = frame
         .casters
         .iter()

@@ -16,7 +16,7 @@ use super::lookup::{Footprints, slack};
 use super::{Caster, Frame};
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, Twin};
 use crate::raster::Points;
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -27,6 +27,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &["translucency.gbuffer", "translucency.blur", "translucency.peel"],
         axes: &[Axis::Caster, Axis::Row, Axis::Column, Axis::Channel(&["thickness", "receives"])],
         unit: "scene unit; share in [0, 1]",
+        knob: "image.width",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Value, Preview::Value],
     },
     run,
 };
@@ -47,7 +50,7 @@ wide! {
         points: &Points,
         out: &mut [[f32; BLOCK]; 2],
     ) {
-        let (shadow, light) = (&caster.shadow, frame.lights[caster.light].casting());
+        let (shadow, light) = (&caster.shadow, frame.stage.lights[caster.light].casting());
         let footprints = Footprints::new(shadow, points);
         let first = footprints.gather(points.count, |texel| first[texel]);
         let second = footprints.gather(points.count, |texel| second[texel]);

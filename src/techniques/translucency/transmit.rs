@@ -3,7 +3,7 @@
 
 use super::Frame;
 use crate::numeric::parallel;
-use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
+use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, RGB, Twin};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -13,6 +13,9 @@ pub(super) const PASS: Pass<Frame> = Pass {
         inputs: &["translucency.cubemap"],
         axes: &[Axis::Light, Axis::Face, Axis::Row, Axis::Column, RGB],
         unit: "irradiance",
+        knob: "translucency.cubemap",
+        twin: Twin::PLANNED,
+        preview: &[Preview::Colour],
     },
     run,
 };
@@ -23,7 +26,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     let values = parallel::images([1, texels.len() / 4 * 3], 3 * super::RUN, 0.0, |_, chunk, out| {
         let texels = texels[chunk * super::RUN * 4..].chunks_exact(4);
         for (out, texel) in out.chunks_exact_mut(3).zip(texels) {
-            let transmittance = frame.medium.transmittance(texel[3]);
+            let transmittance = frame.stage.medium.transmittance(texel[3]);
             out.copy_from_slice(&[
                 transmittance * texel[0],
                 transmittance * texel[1],

@@ -18,11 +18,12 @@ use bitlight::raster::{Axes, NONE, View, visibility};
 use bitlight::run::keep_memory;
 use bitlight::scene::Assets;
 use bitlight::sphere::quadrature::fibonacci;
+use bitlight::store::file;
 use bitlight::trace::bundle::{self, WORD};
 use bitlight::trace::{Bvh, Hit, Ray};
 use bitlight::world::camera::Camera;
 use bitlight::world::mesh::Mesh;
-use bitlight::world::{obj, shapes};
+use bitlight::world::shapes;
 use glam::Vec3;
 use peer::{Peer, floats, measure, medians, words};
 use rayon::ThreadPool;
@@ -64,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Bench { program, pool, work: folder.path().join("work"), answers: folder.path().join("answers") };
     let assets = Assets::from_environment();
     let asset = |name: &str| -> Result<Mesh, Box<dyn Error>> {
-        Ok(obj::read(assets.find(&format!("stanford/{name}.obj"))?)?)
+        Ok(file::read_obj(assets.find(&format!("stanford/{name}.obj"))?)?)
     };
     let bunny = asset("stanford-bunny")?;
     let knots = [8, 25, 79, 250].map(|n| shapes::torus_knot(2, 3, 0.25, 8 * n, n));

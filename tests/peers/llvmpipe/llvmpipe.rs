@@ -11,7 +11,7 @@ mod peer;
 #[path = "../../../benches/workload.rs"]
 mod workload;
 
-use bitlight::pass::{Kept, execute};
+use bitlight::pass::{Given, Kept, execute};
 use bitlight::raster::NONE;
 use bitlight::run::keep_memory;
 use bitlight::scene::Assets;
@@ -55,7 +55,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let [mut ours, mut theirs] = [vec![], vec![]];
         for _ in 0..=TURNS {
             theirs.push(peer.measure(&FRAMES.to_string())?);
-            let render = || (0..FRAMES).try_for_each(|_| execute(&PASSES, &frame, &[GBUFFER], &mut Nothing));
+            let render = || {
+                (0..FRAMES).try_for_each(|_| execute(&PASSES, &frame, &[GBUFFER], Given::new(), &mut Nothing))
+            };
             ours.push(measure(std::process::id(), || Ok(pool.install(render)?))?);
         }
         // Milliseconds a frame, by all turns but the first.
@@ -81,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// What the peer reads: see llvmpipe.c.
 fn bytes(frame: &Frame) -> Vec<u8> {
-    let (solid, view) = (&frame.solid, &frame.view);
+    let (solid, view) = (&frame.stage.solid, &frame.view);
     let counts = [view.width, view.height, solid.positions.len(), solid.triangles.len()];
     let vertices = solid.positions.iter().zip(&solid.normals).flat_map(|(p, n)| [*p, *n]);
     let values = view.clip_from_world.into_iter().flatten().chain(vertices.flat_map(|v| v.to_array()));
@@ -97,9 +99,9 @@ fn bytes(frame: &Frame) -> Vec<u8> {
 /// If the two do not show the same.
 fn agreement(frame: &Frame, image: &[u8]) -> Result<String, Box<dyn Error>> {
     let mut kept = Kept::default();
-    execute(&PASSES, frame, &["translucency.visibility", GBUFFER], &mut kept)?;
+    execute(&PASSES, frame, &["translucency.vbuffer", GBUFFER], Given::new(), &mut kept)?;
     let buffer = |name: &str| kept.get(name).ok_or_else(|| format!("{name} was not kept"));
-    let (seen, ours) = (buffer("translucency.visibility")?.as_u32(), buffer(GBUFFER)?.as_f32());
+    let (seen, ours) = (buffer("translucency.vbuffer")?.as_u32(), buffer(GBUFFER)?.as_f32());
     let theirs: Vec<f32> = image.as_chunks().0.iter().map(|value| f32::from_ne_bytes(*value)).collect();
     if theirs.len() != 9 * seen.len() {
         return Err("the peer's image has another size".into());

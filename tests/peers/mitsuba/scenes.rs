@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each program takes what it needs")]
 
-use bitlight::truth::{Caster, Environment, Filter, Lights, Model, Normals, Scene, Sums, View, Volume};
+use bitlight::truth::{Environment, Estimator, Filter, Lamp, Lights, Model, Normals, Sums, View, Volume};
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::camera::Camera;
 use bitlight::world::shapes;
@@ -20,7 +20,7 @@ pub(crate) type Estimate = [[f64; 3]; 2];
 
 /// What a file of Mitsuba's says.
 pub(crate) struct Table {
-    pub(crate) scene: Scene,
+    pub(crate) scene: Estimator,
     pub(crate) view: View,
     /// Pixels along a side of a block.
     pub(crate) block: usize,
@@ -76,11 +76,11 @@ impl Table {
         let mut lights = Lights { draw: true, ..Lights::default() };
         for light in items(&table["lights"]) {
             match light["kind"].as_str() {
-                Some("point") => lights.casters.push(Caster::Point {
+                Some("point") => lights.lamps.push(Lamp::Point {
                     position: vector(&light["position"]),
                     intensity: vector(&light["intensity"]),
                 }),
-                Some("directional") => lights.casters.push(Caster::Directional {
+                Some("directional") => lights.lamps.push(Lamp::Directional {
                     direction: vector(&light["direction"]).normalize(),
                     irradiance: vector(&light["irradiance"]),
                 }),
@@ -100,7 +100,7 @@ impl Table {
         });
         let rows = rows.collect();
         change(&mut model);
-        let scene = Scene::new(mesh, model, lights);
+        let scene = Estimator::new(mesh, model, lights);
         scene.check()?;
         Ok(Self { scene, view, block: whole(&table["block"]), passes: whole(&table["passes"]), rows })
     }

@@ -1,9 +1,9 @@
 //! The sink that writes a frame's passes into a folder: `NAME.exr`, `.npy` files, `NAME.png` and `NAME.json`.
 
 use super::file::{self, Batch};
-use super::{Buffer, Digests, Info, Layer, Recorder, Timings, exr, layers, npy, png};
 use crate::Error;
 use crate::numeric::single::pow;
+use crate::pass::{Buffer, Clock, Digests, Info, Layer, Recorder, Timings, layers, png};
 use serde_json::{Map, Value as Json, json};
 use std::io::Write;
 use std::path::Path;
@@ -19,12 +19,13 @@ pub struct Files {
 }
 
 impl Files {
-    /// A sink for the frame `name` in `folder`, which is made if it is not there.
+    /// A sink for the frame `name` in `folder`, which is made if it is not there; passes are timed by
+    /// the clock.
     ///
     /// # Errors
     /// Where the folder cannot be made or written into, naming it: before a pass runs, not after.
-    pub fn new(folder: &Path, name: &str) -> Result<Self, Error> {
-        let (digests, timings) = (Digests::default(), Timings::default());
+    pub fn new(folder: &Path, name: &str, clock: Clock) -> Result<Self, Error> {
+        let (digests, timings) = (Digests::default(), Timings::new(clock));
         Ok(Self { batch: Batch::new(folder, name)?, name: name.into(), kept: Vec::new(), digests, timings })
     }
 
@@ -43,14 +44,14 @@ impl Files {
         let report = json!({"scene": scene.to_string_lossy(), "settings": settings, "passes": self.passes()});
         let name = |ending: &str| format!("{}.{ending}", self.name);
         let batch = &mut self.batch;
-        if let Some((_, picture)) = self.kept.iter().find(|(info, _)| is_picture(info)) {
+        if let Some((_, picture)) = self.kept.iter().find(|(info, _)| info.is_picture()) {
             batch.write(name("png"), |path| preview(path, picture, exposure))?;
         }
         if !images.is_empty() {
-            batch.write(name("exr"), |path| exr::write(path, &images))?;
+            batch.write(name("exr"), |path| file::write_exr(path, &images))?;
         }
         for (info, buffer) in self.kept.iter().filter(|(info, _)| !info.is_image()) {
-            batch.write(name(&format!("{}.npy", info.name)), |path| npy::write(path, buffer))?;
+            batch.write(name(&format!("{}.npy", info.name)), |path| file::write_npy(path, buffer))?;
         }
         batch.write(name("json"), |path| file::write(path, |out| writeln!(out, "{report:#}")))?;
         Ok(self.batch)
@@ -59,7 +60,7 @@ impl Files {
     /// The image passes, `final` first: viewers show a file's first part.
     fn images(&self) -> impl Iterator<Item = &(Info, Buffer)> {
         let (last, others): (Vec<_>, Vec<_>) =
-            self.kept.iter().filter(|(info, _)| info.is_image()).partition(|(info, _)| is_picture(info));
+            self.kept.iter().filter(|(info, _)| info.is_image()).partition(|(info, _)| info.is_picture());
         last.into_iter().chain(others)
     }
 
@@ -70,14 +71,14 @@ impl Files {
 
     /// Every pass that ran, and the sum of their times in seconds.
     pub fn seconds(&self) -> f64 {
-        self.timings.passes.iter().map(|(_, time)| time.as_secs_f64()).sum()
+        self.timings.passes.iter().map(|(_, seconds)| seconds).sum()
     }
 
     fn passes(&self) -> Vec<Json> {
         let rows = self.digests.0.iter().zip(&self.timings.passes);
-        rows.map(|(record, (_, time))| {
+        rows.map(|(record, (_, seconds))| {
             let mut row = record.to_json();
-            row["seconds"] = json!(time.as_secs_f64());
+            row["seconds"] = json!(seconds);
             row
         })
         .collect()
@@ -99,14 +100,9 @@ impl Recorder for Files {
     }
 }
 
-/// Whether a pass makes the picture.
-fn is_picture(info: &Info) -> bool {
-    info.name.ends_with(".final") || info.name == "truth.mean"
-}
-
 /// Writes an RGB image for eyes.
 fn preview(path: &Path, image: &Buffer, exposure: f32) -> Result<(), Error> {
     let gain = pow(2.0, exposure);
     let codes: Vec<u8> = image.as_f32().iter().map(|value| png::srgb8(value * gain)).collect();
-    png::write(path, image.shape[1], image.shape[0], &codes)
+    file::write_png(path, image.shape[1], image.shape[0], &codes)
 }

@@ -6,11 +6,11 @@ use std::fmt;
 use toml::de::{DeTable, DeValue};
 
 /// The most lights of a scene.
-pub(super) const MAX_LIGHTS: usize = 1000;
+const MAX_LIGHTS: usize = 1000;
 
 /// A value of a scene file.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
+pub enum Value {
     /// Text.
     Text(String),
     /// A number, whole or not.
@@ -51,7 +51,7 @@ impl Value {
     ///
     /// # Errors
     /// Text that is no TOML value, or one of a kind that no scene needs.
-    pub(super) fn parse(text: &str) -> Result<Self, Error> {
+    pub fn parse(text: &str) -> Result<Self, Error> {
         let value = DeValue::parse(text).map_err(|error| Error::new(error.message()))?;
         Self::from_toml(value.get_ref()).ok_or_else(|| Error::new("a value of a kind that no key takes"))
     }
@@ -68,7 +68,7 @@ impl Value {
     }
 
     /// The value as JSON; a whole number without a fraction.
-    pub(super) fn to_json(&self) -> Json {
+    pub fn to_json(&self) -> Json {
         let number = |x: f64| if x.fract() == 0.0 && x.abs() < 1e15 { json!(x as i64) } else { json!(x) };
         match self {
             Self::Text(text) => json!(text),
@@ -127,7 +127,7 @@ pub(super) fn entries(text: &str) -> Result<Vec<Entry>, Error> {
         let error_line = error.span().map_or(1, |span| line(span.start));
         Error::new(format!("is no TOML: {}", error.message().replace('\n', ", ")))
             .line(error_line)
-            .remedy("`bitlight init translucency` writes a scene to compare with")
+            .remedy("`bitlight init TECHNIQUE` writes a scene to compare with")
     })?;
     let mut entries = Vec::new();
     for (key, value) in root.get_ref() {

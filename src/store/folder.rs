@@ -1,119 +1,48 @@
-//! What was baked, on disk: a folder of `.npy` files, a chunk of each pose a file, and what each must be.
+//! A store: a folder of `.npy` files, a chunk of each entry a file, and a manifest. Entries are the poses of a bake
+//! (`pose.0007`), or whatever else is worth keeping under a name.
 //!
 //! ```text
-//! manifest.json            what was baked, and for each finished pose its chunks: shape, type, digest
-//! pose.0007.vectors.npy    the chunk `vectors` of pose 7; NumPy opens it
+//! manifest.json            what the entries were made of, and for each its chunks: shape, type, digest
+//! pose.0007.vectors.npy    the chunk `vectors` of the entry `pose.0007`; NumPy opens it
 //! .writers .lock           empty files that processes lock
 //! ```
 //!
-//! A pose's chunks are written first, each whole or not at all, and its lines of the manifest after them. So a process may be
-//! killed at any time, and the next goes on behind the last finished pose. Several processes may write into one store, at the same time too:
-//! the manifest is read anew and rewritten under the lock of `.lock`, with its poses in their order, and no time, path, host
-//! or number of threads in it, so the same poses give the same bytes whoever baked them in what order.
+//! An entry's chunks are written first, each whole or not at all, and its lines of the manifest after them. So a process
+//! may be killed at any time, and the next goes on behind the last finished entry. Several processes may write into one
+//! store, at the same time too: the manifest is read anew and rewritten under the lock of `.lock`. Its entries stand in the
+//! order of their names, and no time, path, host or number of threads is in it. So the same entries give the same bytes,
+//! whoever made them in what order.
 //!
-//! A killed process leaves its temporary files (`.….tmp`). Whoever opens the store for writing while nobody else has it open,
-//! which the lock of `.writers` tells, removes them; a reader ignores them.
+//! A killed process leaves its temporary files (`.….tmp`). A process that opens the store for writing removes them while
+//! nobody else has it open, which the lock of `.writers` tells; a reader ignores them.
 //!
-//! The manifest ends with a digest of its own, and must be, as each chunk's header, to the byte what is written here: a
+//! The manifest ends with a digest of its own. It must be, as each chunk's header, to the byte what is written here, so a
 //! flipped byte shows wherever it is.
 
+use super::file;
+use super::manifest::{MANIFEST, Manifest, is_chunk, is_entry};
 use crate::Error;
-use crate::pass::file;
+use crate::keys::difference;
 use crate::pass::{Buffer, Record, npy};
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Map, Value as Json};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// The most of a manifest that is read, in bytes.
-const MAX_BYTES: u64 = 256 << 20;
-
-/// What the manifest says that it is. Changes with the meaning of the files and with every change of the bits that are
-/// baked, so that no store mixes them; `tests/store.rs` knows a digest.
-const FORMAT: &str = "bitlight store 1";
-
-const MANIFEST: &str = "manifest.json";
-
-/// What a store must be.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Manifest {
-    /// What the poses were baked from: texts by key, since a number need not survive JSON to the bit.
-    pub scene: Map<String, Json>,
-    /// The chunks of each finished pose.
-    pub poses: BTreeMap<u32, Vec<Record>>,
-}
-
-impl Manifest {
-    /// Reads the manifest of the store in `folder`; none where the folder has no such file.
-    ///
-    /// # Errors
-    /// A file that cannot be read, or is in any byte other than a store writes it, naming it.
-    pub fn read(folder: &Path) -> Result<Option<Self>, Error> {
-        let path = folder.join(MANIFEST);
-        match fs::symlink_metadata(&path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-            _ => {}
-        }
-        let bytes = file::read(&path, MAX_BYTES, "check that it is the manifest of a store")?;
-        let parsed = serde_json::from_slice(&bytes).ok().and_then(|json| Self::from_json(&json));
-        match parsed.filter(|manifest| manifest.text().as_bytes() == bytes) {
-            Some(manifest) => Ok(Some(manifest)),
-            None => Err(Error::new("is damaged, or no manifest of a store").file(path).remedy(
-                "restore it from a copy, or delete the store and bake it again; nothing else knows the digests",
-            )),
-        }
-    }
-
-    /// BLAKE3 over what the manifest says, as hexadecimal digits: that of the whole store.
-    pub fn digest(&self) -> String {
-        blake3::hash(self.json().to_string().as_bytes()).to_hex().to_string()
-    }
-
-    fn json(&self) -> Json {
-        let chunks = |records: &[Record]| records.iter().map(Record::to_json).collect::<Json>();
-        let poses = self.poses.iter().map(|(pose, records)| json!({"pose": pose, "chunks": chunks(records)}));
-        json!({"format": FORMAT, "scene": self.scene, "poses": poses.collect::<Json>()})
-    }
-
-    fn text(&self) -> String {
-        let mut json = self.json();
-        json["digest"] = json!(self.digest());
-        format!("{json:#}\n")
-    }
-
-    fn from_json(json: &Json) -> Option<Self> {
-        let mut poses = BTreeMap::new();
-        for pose in json["poses"].as_array()? {
-            let records: Option<Vec<_>> = pose["chunks"].as_array()?.iter().map(Record::from_json).collect();
-            // A name is a part of a file's name, never a path.
-            let records = records?;
-            if !records.iter().all(|record| is_name(&record.name)) {
-                return None;
-            }
-            poses.insert(u32::try_from(pose["pose"].as_u64()?).ok()?, records);
-        }
-        Some(Self { scene: json["scene"].as_object()?.clone(), poses })
-    }
-}
-
-fn is_name(name: &str) -> bool {
-    !name.is_empty() && name.bytes().all(|letter| letter.is_ascii_lowercase())
-}
-
 /// The file of a chunk.
-fn place(folder: &Path, pose: u32, name: &str) -> PathBuf {
-    folder.join(format!("pose.{pose:04}.{name}.npy"))
+fn place(folder: &Path, entry: &str, chunk: &str) -> PathBuf {
+    folder.join(format!("{entry}.{chunk}.npy"))
 }
 
-/// A chunk of a pose, held against what the manifest says of it.
+/// A chunk of an entry, held against what the manifest says of it.
 ///
 /// # Errors
 /// A file that is missing, is no such array, or differs from the manifest in any byte, naming it.
-fn chunk(folder: &Path, pose: u32, record: &Record) -> Result<Buffer, Error> {
-    let path = place(folder, pose, &record.name);
+fn chunk(folder: &Path, entry: &str, record: &Record) -> Result<Buffer, Error> {
+    let path = place(folder, entry, &record.name);
     let damaged = |what: &str| {
-        Error::new(format!("{what}: pose {pose} is damaged"))
+        Error::new(format!("{what}: {entry} is damaged"))
             .file(&path)
             .remedy("restore it from a copy, or bake the store again with --repair, which redoes such poses")
     };
@@ -132,19 +61,32 @@ fn chunk(folder: &Path, pose: u32, record: &Record) -> Result<Buffer, Error> {
     Ok(buffer)
 }
 
-/// Reads a chunk of a store and verifies it.
+/// Reads the chunks of an entry and verifies them, by their names; `made_of` is what the store must have been made of.
 ///
 /// # Errors
-/// A folder that is no store, a pose or chunk that it does not have, and a damaged one, naming the file.
-pub fn read(folder: &Path, pose: u32, name: &str) -> Result<Buffer, Error> {
+/// A folder that is no store, one that was made of something else, naming the first key that differs, an entry that it
+/// does not have, and a damaged chunk, naming the file.
+pub fn read(
+    folder: &Path,
+    made_of: &Map<String, Json>,
+    entry: &str,
+) -> Result<BTreeMap<String, Buffer>, Error> {
     let manifest = existing(folder)?;
-    let record = manifest.poses.get(&pose).and_then(|chunks| chunks.iter().find(|chunk| chunk.name == name));
-    match record {
-        Some(record) => chunk(folder, pose, record),
-        None => Err(Error::new(format!("has no {name} of pose {pose}"))
+    same(folder, made_of, &manifest, "name the store of this scene, or bake one")?;
+    let Some(records) = manifest.entries.get(entry) else {
+        return Err(Error::new(format!("has no {entry}"))
             .file(folder.join(MANIFEST))
-            .remedy("bake that pose with `bitlight bake --poses`")),
-    }
+            .remedy("bake that pose with `bitlight bake --poses`"));
+    };
+    records.iter().map(|record| Ok((record.name.clone(), chunk(folder, entry, record)?))).collect()
+}
+
+/// Refuses a store that was made of something else than `made_of`.
+fn same(folder: &Path, made_of: &Map<String, Json>, manifest: &Manifest, remedy: &str) -> Result<(), Error> {
+    let Some((key, ours, theirs)) = difference(made_of, &manifest.made_of) else { return Ok(()) };
+    let [ours, theirs] = [ours, theirs].map(|value| value.as_str().unwrap_or("nothing"));
+    let what = format!("was baked with {key} = {theirs}, and the scene has {ours}");
+    Err(Error::new(what).file(folder.join(MANIFEST)).remedy(remedy))
 }
 
 /// Verifies every chunk of a store.
@@ -153,8 +95,8 @@ pub fn read(folder: &Path, pose: u32, name: &str) -> Result<Buffer, Error> {
 /// A folder that is no store; the first file that is missing or damaged, by name.
 pub fn check(folder: &Path) -> Result<Manifest, Error> {
     let manifest = existing(folder)?;
-    for (pose, records) in &manifest.poses {
-        records.iter().try_for_each(|record| chunk(folder, *pose, record).map(drop))?;
+    for (entry, records) in &manifest.entries {
+        records.iter().try_for_each(|record| chunk(folder, entry, record).map(drop))?;
     }
     Ok(manifest)
 }
@@ -171,18 +113,18 @@ fn existing(folder: &Path) -> Result<Manifest, Error> {
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
-    scene: Map<String, Json>,
+    made_of: Map<String, Json>,
     /// Held shared while the store is open: a process that gets it alone knows that nobody writes.
     _writers: File,
 }
 
 impl Store {
-    /// Opens the store in `folder`, made where it is not there, for poses that are baked from `scene`.
+    /// Opens the store in `folder`, made where it is not there, for entries that are made of `made_of`.
     ///
     /// # Errors
-    /// A store that was baked from something else, naming the first key that differs; a damaged manifest; what the
+    /// A store that was made of something else, naming the first key that differs; a damaged manifest; what the
     /// system refuses.
-    pub fn open(folder: &Path, scene: Map<String, Json>) -> Result<Self, Error> {
+    pub fn open(folder: &Path, made_of: Map<String, Json>) -> Result<Self, Error> {
         fs::create_dir_all(folder).map_err(|error| refused("made", &error, folder))?;
         let path = folder.join(".writers");
         let writers = lock_file(&path)?;
@@ -191,58 +133,55 @@ impl Store {
             writers.unlock().map_err(|error| refused("unlocked", &error, &path))?;
         }
         writers.lock_shared().map_err(|error| refused("locked", &error, &path))?;
-        let store = Self { folder: folder.into(), scene, _writers: writers };
-        let fresh = Manifest { scene: store.scene.clone(), poses: BTreeMap::new() };
+        let store = Self { folder: folder.into(), made_of, _writers: writers };
+        let fresh = Manifest { made_of: store.made_of.clone(), entries: BTreeMap::new() };
         store.rewrite(Some(fresh), |_| {})?;
         Ok(store)
     }
 
-    /// The poses of `wanted` that are still to be baked: all that the manifest does not have. Those that it has are
-    /// verified; damaged ones are to be baked again with `repair`.
+    /// Which entries are still to be made: those that the manifest does not have, and with `repair` damaged ones. All that
+    /// are there are verified.
     ///
     /// # Errors
-    /// A damaged pose, by its file, without `repair`.
-    pub fn missing(&self, wanted: impl Iterator<Item = u32>, repair: bool) -> Result<Vec<u32>, Error> {
-        let manifest = existing(&self.folder)?;
-        let mut missing = Vec::new();
-        for pose in wanted {
-            let whole = match manifest.poses.get(&pose) {
-                None => false,
-                Some(records) => {
-                    match records.iter().try_for_each(|record| chunk(&self.folder, pose, record).map(drop)) {
-                        Ok(()) => true,
-                        Err(_) if repair => false,
-                        Err(error) => return Err(error),
-                    }
-                }
-            };
-            if !whole {
-                missing.push(pose);
+    /// A damaged entry, by its file, without `repair`.
+    pub fn missing(&self, entries: &[String], repair: bool) -> Result<Vec<bool>, Error> {
+        let manifest = self.manifest()?;
+        let missing = |entry: &String| {
+            let Some(records) = manifest.entries.get(entry) else { return Ok(true) };
+            match records.iter().try_for_each(|record| chunk(&self.folder, entry, record).map(drop)) {
+                Ok(()) => Ok(false),
+                Err(_) if repair => Ok(true),
+                Err(error) => Err(error),
             }
-        }
-        Ok(missing)
+        };
+        entries.iter().map(missing).collect()
     }
 
-    /// Writes the chunks of a pose, by names of small letters, and then its lines of the manifest.
+    /// Writes the chunks of an entry, and then its lines of the manifest.
     ///
     /// # Errors
     /// What the system refuses; a manifest that somebody has changed or removed in the meantime.
     ///
     /// # Panics
-    /// For a name of other letters.
-    pub fn put(&self, pose: u32, chunks: &[(&str, &Buffer)]) -> Result<(), Error> {
+    /// For an entry's name that is more than small letters and digits between dots, and a chunk's that is more than small
+    /// letters.
+    pub fn put(&self, entry: &str, chunks: &[(&str, &Buffer)]) -> Result<(), Error> {
+        assert!(is_entry(entry), "{entry} is no name of an entry");
         let mut records = Vec::new();
         for (name, buffer) in chunks {
-            assert!(is_name(name), "{name} is no name of a chunk");
-            npy::write(&place(&self.folder, pose, name), buffer)?;
-            records.push(Record {
-                name: (*name).into(),
-                shape: buffer.shape.clone(),
-                element: buffer.data.type_name().into(),
-                digest: buffer.digest().to_string(),
-            });
+            assert!(is_chunk(name), "{name} is no name of a chunk");
+            file::write(&place(&self.folder, entry, name), |out| npy::write(out, buffer))?;
+            records.push(Record::new(name, buffer));
         }
-        self.rewrite(None, |manifest| drop(manifest.poses.insert(pose, records)))
+        self.rewrite(None, |manifest| drop(manifest.entries.insert(entry.to_owned(), records)))
+    }
+
+    /// What is there now.
+    ///
+    /// # Errors
+    /// A manifest that is damaged or has gone.
+    pub fn manifest(&self) -> Result<Manifest, Error> {
+        existing(&self.folder)
     }
 
     /// Reads the manifest, changes it and puts it in its place, while no other process does; `fresh` is what it is where
@@ -257,28 +196,13 @@ impl Store {
                 .file(&self.folder)
                 .remedy("bake it again; the poses that were there count for nothing without it"));
         };
-        self.same_scene(&changed)?;
+        same(&self.folder, &self.made_of, &changed, "choose another folder with -o, or delete this store")?;
         change(&mut changed);
         if manifest.as_ref() != Some(&changed) {
             let text = changed.text();
             file::write(&self.folder.join(MANIFEST), |out| out.write_all(text.as_bytes()))?;
         }
         Ok(()) // closing the file unlocks it
-    }
-
-    fn same_scene(&self, manifest: &Manifest) -> Result<(), Error> {
-        let keys = self.scene.keys().chain(manifest.scene.keys());
-        for key in keys {
-            let value =
-                |of: &Map<String, Json>| of.get(key).and_then(Json::as_str).unwrap_or("nothing").to_owned();
-            let [ours, theirs] = [&self.scene, &manifest.scene].map(value);
-            if ours != theirs {
-                return Err(Error::new(format!("was baked with {key} = {theirs}, and the scene has {ours}"))
-                    .file(self.folder.join(MANIFEST))
-                    .remedy("choose another folder with -o, or delete this store"));
-            }
-        }
-        Ok(())
     }
 }
 
@@ -287,7 +211,7 @@ fn clean(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        let ours = name.starts_with(".pose.") || name.starts_with(".manifest.json.");
+        let ours = name.contains(".npy.") || name.starts_with(".manifest.json.");
         if ours && name.ends_with(".tmp") {
             let _ = fs::remove_file(entry.path()); // it is ignored where it cannot be removed
         }
@@ -312,9 +236,18 @@ fn refused(what: &str, error: &std::io::Error, path: &Path) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
 
     fn scene(bands: u32) -> Map<String, Json> {
         json!({"prt.bands": bands.to_string(), "solid.size": "2"}).as_object().unwrap().clone()
+    }
+
+    fn name(pose: u32) -> String {
+        format!("pose.{pose:04}")
+    }
+
+    fn missing(store: &Store, repair: bool) -> Result<Vec<bool>, Error> {
+        store.missing(&[0, 1, 2, 3].map(name), repair)
     }
 
     fn array(pose: u32) -> Buffer {
@@ -323,7 +256,7 @@ mod tests {
 
     fn put(store: &Store, pose: u32) {
         let bits = Buffer::u32(&[2], vec![pose, 7]);
-        store.put(pose, &[("visibility", &bits), ("vectors", &array(pose))]).unwrap();
+        store.put(&name(pose), &[("visibility", &bits), ("vectors", &array(pose))]).unwrap();
     }
 
     fn bytes(folder: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -342,10 +275,12 @@ mod tests {
         [12_345, 1].iter().for_each(|pose| put(&a, *pose));
         [2, 0, 1].iter().for_each(|pose| put(&b, *pose));
         assert_eq!(bytes(one.path()), bytes(two.path()));
-        assert_eq!(b.missing(0..4, false).unwrap(), [3]);
-        assert_eq!(read(one.path(), 1, "vectors").unwrap(), array(1));
-        assert!(read(one.path(), 1, "matrices").unwrap_err().to_string().contains("no matrices of pose 1"));
-        assert_eq!(check(one.path()).unwrap().poses.len(), 4);
+        assert_eq!(missing(&b, false).unwrap(), [false, false, false, true]);
+        assert_eq!(read(one.path(), &scene(5), &name(1)).unwrap()["vectors"], array(1));
+        let refusal = |bands, pose| read(one.path(), &scene(bands), &name(pose)).unwrap_err().to_string();
+        assert!(refusal(5, 3).contains("manifest.json: has no pose.0003"), "{}", refusal(5, 3));
+        assert!(refusal(6, 1).contains("was baked with prt.bands = 5, and the scene has 6"));
+        assert_eq!(check(one.path()).unwrap().entries.len(), 4);
     }
 
     #[test]
@@ -387,23 +322,23 @@ mod tests {
             assert!(error.contains(&**name), "{name} removed: {error}");
             fs::write(&path, bytes).unwrap();
         }
-        assert_eq!(check(folder.path()).unwrap().poses.len(), 1);
+        assert_eq!(check(folder.path()).unwrap().entries.len(), 1);
     }
 
     #[test]
     fn a_damaged_pose_is_refused_and_repaired_when_that_is_asked_for() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path(), scene(5)).unwrap();
-        (0..3).for_each(|pose| put(&store, pose));
+        (0..4).for_each(|pose| put(&store, pose));
         fs::remove_file(folder.path().join("pose.0001.vectors.npy")).unwrap();
-        let error = store.missing(0..3, false).unwrap_err().to_string();
+        let error = missing(&store, false).unwrap_err().to_string();
         assert!(
             error.contains("pose.0001.vectors.npy: is not there") && error.contains("--repair"),
             "{error}"
         );
-        assert_eq!(store.missing(0..3, true).unwrap(), [1]);
+        assert_eq!(missing(&store, true).unwrap(), [false, true, false, false]);
         put(&store, 1);
-        assert!(store.missing(0..3, false).unwrap().is_empty());
+        assert_eq!(missing(&store, false).unwrap(), [false; 4]);
     }
 
     #[test]
@@ -412,7 +347,7 @@ mod tests {
         let store = Store::open(folder.path(), scene(5)).unwrap();
         put(&store, 0);
         fs::remove_file(folder.path().join(MANIFEST)).unwrap();
-        let error = store.put(1, &[("vectors", &array(1))]).unwrap_err().to_string();
+        let error = store.put(&name(1), &[("vectors", &array(1))]).unwrap_err().to_string();
         assert!(error.contains("has lost its manifest"), "{error}");
         assert!(Manifest::read(folder.path()).unwrap().is_none());
     }

@@ -1,6 +1,10 @@
 //! Files read up to a length, and written whole or not at all, one by one or several together.
 
 use crate::Error;
+use crate::pass::{Buffer, npy, png};
+use crate::sphere::environment::{self, LatLong};
+use crate::world::mesh::Mesh;
+use crate::world::obj;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
@@ -42,6 +46,122 @@ pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result
         let _ = fs::remove_file(&temporary); // nothing more can be done about a file that is not even there
         refused(error)
     })
+}
+
+/// The buffer of an `.npy` file.
+///
+/// # Errors
+/// Those of [`npy::parse`], a missing file, and one that is longer than [`npy::MAX_BYTES`], naming the file.
+pub fn read_npy(path: &Path) -> Result<Buffer, Error> {
+    npy::parse(&read(path, npy::MAX_BYTES, "save it in several files")?).map_err(|error| error.file(path))
+}
+
+/// Writes a buffer as an `.npy` file.
+///
+/// # Errors
+/// What the system refuses, naming the file.
+pub fn write_npy(path: &Path, buffer: &Buffer) -> Result<(), Error> {
+    write(path, |out| npy::write(out, buffer))
+}
+
+/// Writes `width × height` RGB bytes as a PNG file, the top row first.
+///
+/// # Errors
+/// What the system refuses, naming the file.
+pub fn write_png(path: &Path, width: usize, height: usize, rgb: &[u8]) -> Result<(), Error> {
+    write(path, |out| png::write(out, width, height, rgb))
+}
+
+/// Every layer of an EXR file.
+///
+/// # Errors
+/// Those of [`crate::pass::exr::parse`], a missing file, and one that is too long, found before it is held in memory.
+#[cfg(feature = "exr")]
+pub fn read_exr(path: &Path) -> Result<Vec<crate::pass::Layer>, Error> {
+    use crate::pass::exr;
+    let bytes = read(path, exr::MAX_BYTES, "save its layers in several files")?;
+    exr::parse(&bytes).map_err(|error| error.file(path))
+}
+
+/// Writes layers as an EXR file, in their order.
+///
+/// # Errors
+/// What the system refuses, naming the file; no layers at all.
+#[cfg(feature = "exr")]
+pub fn write_exr(path: &Path, layers: &[crate::pass::Layer]) -> Result<(), Error> {
+    write(path, |out| crate::pass::exr::write(out, layers))
+}
+
+/// The mesh of an OBJ file.
+///
+/// # Errors
+/// Those of [`obj::parse`], a missing file, and one that is longer than [`obj::MAX_BYTES`], naming the file.
+pub fn read_obj(path: impl AsRef<Path>) -> Result<Mesh, Error> {
+    let path = path.as_ref();
+    obj::parse(&read(path, obj::MAX_BYTES, obj::SHORTER)?, path)
+}
+
+/// The map of a Radiance HDR file.
+///
+/// # Errors
+/// Those of [`LatLong::from_hdr`], a missing file, and one that is longer than [`environment::MAX_BYTES`], naming the
+/// file.
+pub fn read_hdr(path: impl AsRef<Path>) -> Result<LatLong, Error> {
+    let path = path.as_ref();
+    let bytes = read(path, environment::MAX_BYTES, environment::SMALLER)?;
+    LatLong::from_hdr(&bytes).map_err(|error| error.file(path))
+}
+
+/// [`read`], or `None` where there is no such file.
+///
+/// # Errors
+/// Those of [`read`].
+pub fn read_if_there(path: &Path, most: u64, shorter: &str) -> Result<Option<Vec<u8>>, Error> {
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        _ => read(path, most, shorter).map(Some),
+    }
+}
+
+/// Makes a folder and those above it, where they are not there.
+///
+/// # Errors
+/// What the system refuses, naming the folder.
+pub fn make_folder(folder: &Path) -> Result<(), Error> {
+    fs::create_dir_all(folder).map_err(|error| {
+        Error::new(format!("cannot be made: {error}")).file(folder).remedy("choose another folder with -o")
+    })
+}
+
+/// The files and folders in a folder, sorted.
+///
+/// # Errors
+/// A folder that cannot be read, naming it.
+pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let refused = |error: io::Error| {
+        Error::new(format!("cannot be read: {error}")).file(folder).remedy("name a folder that can be read")
+    };
+    let entries = fs::read_dir(folder).map_err(refused)?;
+    let mut paths = entries.map(|entry| Ok(entry.map_err(refused)?.path())).collect::<Result<Vec<_>, _>>()?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// Every file of an ending below a folder, in the order of their paths.
+///
+/// # Errors
+/// A folder that cannot be read, naming it.
+pub fn below(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Error> {
+    let mut found = Vec::new();
+    for path in entries(folder)? {
+        if path.is_dir() {
+            found.extend(below(&path, ending)?);
+        } else if path.extension().is_some_and(|own| own == ending) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
 }
 
 /// Files of one folder that appear in it together: all are written in a folder of their own inside it, and
@@ -143,6 +263,27 @@ fn temporary<T>(path: &Path, make: impl Fn(&Path) -> io::Result<T>) -> io::Resul
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_cannot_be_read_names_the_file_and_a_remedy() {
+        let folder = tempfile::tempdir().unwrap();
+        let [wrong, absent, huge] = ["wrong", "absent", "huge"].map(|name| folder.path().join(name));
+        fs::write(&wrong, b"v/1\x01 no such file").unwrap();
+        File::create(&huge).unwrap().set_len(npy::MAX_BYTES + 1).unwrap(); // sparse
+        for path in [folder.path(), &wrong, &absent, &huge] {
+            let errors = [
+                read_npy(path).map(drop).unwrap_err(),
+                read_obj(path).map(drop).unwrap_err(),
+                read_hdr(path).map(drop).unwrap_err(),
+                #[cfg(feature = "exr")]
+                read_exr(path).map(drop).unwrap_err(),
+            ];
+            for error in errors {
+                assert!(error.file.as_deref() == Some(path) && error.remedy.is_some(), "{error}");
+                assert!(*path != huge || error.what.contains("longer than"), "{error}");
+            }
+        }
+    }
 
     #[test]
     fn a_failed_write_leaves_the_old_file_whole_and_no_other() {

@@ -1,0 +1,93 @@
+//! The manifest of a store: what its entries were made of, and what each file must be.
+
+use super::file;
+use crate::Error;
+use crate::pass::Record;
+use serde_json::{Map, Value as Json, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The most of a manifest that is read, in bytes.
+const MAX_BYTES: u64 = 256 << 20;
+
+/// What the manifest says that it is. Changes with the meaning of the files and with every change of the bits that are
+/// baked, so that no store mixes them; `tests/store.rs` knows a digest.
+const FORMAT: &str = "bitlight store 2";
+
+/// Its file in the store.
+pub(super) const MANIFEST: &str = "manifest.json";
+
+/// What a store must be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Manifest {
+    /// What the entries were made of: texts by key, since a number need not survive JSON to the bit.
+    pub made_of: Map<String, Json>,
+    /// The chunks of each finished entry, by the entry's name, such as `pose.0007`.
+    pub entries: BTreeMap<String, Vec<Record>>,
+}
+
+impl Manifest {
+    /// Reads the manifest of the store in `folder`; none where the folder has no such file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is in any byte other than a store writes it, naming it.
+    pub fn read(folder: &Path) -> Result<Option<Self>, Error> {
+        let path = folder.join(MANIFEST);
+        let Some(bytes) = file::read_if_there(&path, MAX_BYTES, "check that it is the manifest of a store")?
+        else {
+            return Ok(None);
+        };
+        let parsed = serde_json::from_slice(&bytes).ok().and_then(|json| Self::from_json(&json));
+        match parsed.filter(|manifest| manifest.text().as_bytes() == bytes) {
+            Some(manifest) => Ok(Some(manifest)),
+            None => Err(Error::new("is damaged, or no manifest of a store").file(path).remedy(
+                "restore it from a copy, or delete the store and bake it again; nothing else knows the digests",
+            )),
+        }
+    }
+
+    /// BLAKE3 over what the manifest says, as hexadecimal digits: that of the whole store.
+    pub fn digest(&self) -> String {
+        blake3::hash(self.json().to_string().as_bytes()).to_hex().to_string()
+    }
+
+    fn json(&self) -> Json {
+        let chunks = |records: &[Record]| records.iter().map(Record::to_json).collect::<Json>();
+        let entries =
+            self.entries.iter().map(|(name, records)| json!({"name": name, "chunks": chunks(records)}));
+        json!({"format": FORMAT, "made_of": self.made_of, "entries": entries.collect::<Json>()})
+    }
+
+    pub(super) fn text(&self) -> String {
+        let mut json = self.json();
+        json["digest"] = json!(self.digest());
+        format!("{json:#}\n")
+    }
+
+    fn from_json(json: &Json) -> Option<Self> {
+        let mut entries = BTreeMap::new();
+        for entry in json["entries"].as_array()? {
+            let records: Option<Vec<_>> = entry["chunks"].as_array()?.iter().map(Record::from_json).collect();
+            let (name, records) = (entry["name"].as_str()?, records?);
+            // A name is a part of a file's name, never a path.
+            if !is_entry(name) || !records.iter().all(|record| is_chunk(&record.name)) {
+                return None;
+            }
+            entries.insert(name.to_owned(), records);
+        }
+        Some(Self { made_of: json["made_of"].as_object()?.clone(), entries })
+    }
+}
+
+/// Whether a chunk may have this name: small letters.
+pub(super) fn is_chunk(name: &str) -> bool {
+    !name.is_empty() && name.bytes().all(|letter| letter.is_ascii_lowercase())
+}
+
+/// Whether an entry may: small letters and digits, in parts between dots.
+pub(super) fn is_entry(name: &str) -> bool {
+    let part = |part: &str| {
+        !part.is_empty() && part.bytes().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit())
+    };
+    name.split('.').all(part)
+}
