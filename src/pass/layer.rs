@@ -6,7 +6,7 @@ use super::{Axis, Buffer, Data, Info};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
     /// The pass, with the number of the light or of the casting light where it has one for each:
-    /// `translucency.direct.light0`, `translucency.shadow.caster0`.
+    /// `TECHNIQUE.direct.light0`, `TECHNIQUE.shadow.caster0`.
     pub name: String,
     /// In pixels.
     pub width: usize,

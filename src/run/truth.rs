@@ -259,8 +259,8 @@ fn lobe(bands: usize, direction: Vec3, irradiance: Vec3) -> truth::Environment {
     truth::Environment::Harmonics { bands, coefficients }
 }
 
-/// The surface model; `bounces` are those between points of the solid, as `prt.bounces` counts, without the reflection to
-/// the eye.
+/// The surface model; `bounces` are those between points of the solid, without the reflection to the
+/// eye.
 pub fn surface(brdf: Brdf, bounces: Option<usize>) -> truth::Model {
     let bounces = bounces.map(|between| between as u32 + 1);
     truth::Model::Surface { brdf, bounces, normals: Normals::Interpolated }

@@ -41,8 +41,11 @@ pub(super) const LIGHT_NAMES: [&str; 3] = names(&LIGHTS);
 /// # Errors
 /// What is missing, and what does not fit together, by its key and line.
 pub(super) fn scene(values: Values, techniques: &[&'static Technique], file: &Path) -> Result<Scene, Error> {
-    let name = values.required("", "technique")?;
     let names: Vec<_> = techniques.iter().map(|technique| technique.name).collect();
+    let name = values.text("", "technique").ok_or_else(|| {
+        let example = format!("write for example technique = \"{}\"", names[0]);
+        values.error("", "technique", "is missing").remedy(example)
+    })?;
     let found = techniques.iter().copied().find(|technique| technique.name == name);
     let technique =
         found.ok_or_else(|| values.at("", "technique", crate::unknown("technique", name, &names)))?;

@@ -40,8 +40,9 @@ pub const KEYS: &[Key] = &[
         "truth",
         "model",
         Kind::Choice(&Transport::NAMES),
-        &[], // which of them is traced is told in any case, with what it reads
-        "What the ground truth traces: light between surfaces, in the medium, or by the dipole; what the technique approximates if absent.",
+        &[], // which transport is traced counts in any case, also where the technique tells it
+        "What the ground truth traces: light between surfaces, in the medium, or by the dipole; what the \
+         technique approximates if absent.",
     )
     .example("\"surface\"")
     .aside(),
@@ -50,7 +51,8 @@ pub const KEYS: &[Key] = &[
         "bands",
         Kind::Whole(0.0, 32.0),
         TRUTH,
-        "Bands to which the ground truth sees environments and directions of light; 0 for the lights themselves.",
+        "Bands to which the ground truth sees environments and directions of light; 0 for the lights \
+         themselves.",
     )
     .or("0"),
     Key::new(
@@ -75,7 +77,8 @@ pub const KEYS: &[Key] = &[
         "filter",
         Kind::Choice(&FILTER_NAMES),
         TRUTH,
-        "Where the ground truth samples a pixel: in its centre, which the passes shade, or all over its area.",
+        "Where the ground truth samples a pixel: in its centre, which the passes shade, or all over its \
+         area.",
     )
     .or("\"point\""),
 ];

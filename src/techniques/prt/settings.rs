@@ -20,13 +20,65 @@ const SUBSURFACE_NAMES: [&str; 2] = names(&SUBSURFACES);
 
 /// The keys.
 pub(super) const KEYS: &[Key] = &[
-    Key::new("prt", "bands", Kind::Whole(1.0, 10.0), PICTURE_AND_TRANSFER, "Bands n of spherical harmonics: light and transfer have n² coefficients.").or("5"),
-    Key::new("prt", "directions", Kind::Whole(1.0, 65536.0), PICTURE_AND_TRANSFER, "Directions in which the visibility of a vertex is found.").or("512"),
-    Key::new("prt", "method", Kind::Choice(&METHOD_NAMES), PICTURE_AND_TRANSFER, "How integrals are estimated: with what the sum over the whole hemisphere lacks as a control, or as plain sums.").or("\"control\""),
-    Key::new("prt", "reading", Kind::Choice(&Reading::NAMES), PICTURE_AND_TRANSFER, "Whether transfer vectors are as the errata correct them, or the print's, without cosine, albedo and bounces.").or("\"corrected\""),
-    Key::new("prt", "bounces", Kind::Whole(0.0, 64.0), PICTURE_AND_TRANSFER, "How often light is reflected between points of the solid before it is reflected to the eye.").or("0"),
-    Key::new("prt", "subsurface", Kind::Choice(&SUBSURFACE_NAMES), PICTURE_AND_TRANSFER, "Whether light that enters the material of [material] leaves elsewhere, by the dipole of Jensen et al. 2001.").or("\"none\""),
-    Key::new("prt", "poses", Kind::Whole(1.0, 100_000.0), PICTURE, "Poses that `bitlight bake` stores: pose k is frame k.").or("1"),
+    Key::new(
+        "prt",
+        "bands",
+        Kind::Whole(1.0, 10.0),
+        PICTURE_AND_TRANSFER,
+        "Bands n of spherical harmonics: light and transfer have n² coefficients.",
+    )
+    .or("5"),
+    Key::new(
+        "prt",
+        "directions",
+        Kind::Whole(1.0, 65536.0),
+        PICTURE_AND_TRANSFER,
+        "Directions in which the visibility of a vertex is found.",
+    )
+    .or("512"),
+    Key::new(
+        "prt",
+        "method",
+        Kind::Choice(&METHOD_NAMES),
+        PICTURE_AND_TRANSFER,
+        "How integrals are estimated: with what the sum over the whole hemisphere lacks as a control, or as \
+         plain sums.",
+    )
+    .or("\"control\""),
+    Key::new(
+        "prt",
+        "reading",
+        Kind::Choice(&Reading::NAMES),
+        PICTURE_AND_TRANSFER,
+        "Whether transfer vectors are as the errata correct them, or the print's, without cosine, albedo \
+         and bounces.",
+    )
+    .or("\"corrected\""),
+    Key::new(
+        "prt",
+        "bounces",
+        Kind::Whole(0.0, 64.0),
+        PICTURE_AND_TRANSFER,
+        "How often light is reflected between points of the solid before it is reflected to the eye.",
+    )
+    .or("0"),
+    Key::new(
+        "prt",
+        "subsurface",
+        Kind::Choice(&SUBSURFACE_NAMES),
+        PICTURE_AND_TRANSFER,
+        "Whether light that enters the material of [material] leaves elsewhere, by the dipole of Jensen et \
+         al. 2001.",
+    )
+    .or("\"none\""),
+    Key::new(
+        "prt",
+        "poses",
+        Kind::Whole(1.0, 100_000.0),
+        PICTURE,
+        "Poses that `bitlight bake` stores: pose k is frame k.",
+    )
+    .or("1"),
 ];
 
 /// The technique's own knobs.

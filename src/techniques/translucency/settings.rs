@@ -43,18 +43,106 @@ const EVALUATION_NAMES: [&str; 2] = names(&EVALUATIONS);
 
 /// The keys.
 pub(super) const KEYS: &[Key] = &[
-    Key::new("translucency", "cubemap", Kind::Whole(1.0, 2048.0), PICTURE, "Texels along a side of a face of the external cubemap.").or("64"),
-    Key::new("translucency", "accumulation", Kind::Whole(1.0, 16.0), PICTURE, "Accumulation points along the longest side of the solid's box, and along the others in proportion.").or("1"),
-    Key::new("translucency", "shadow", Kind::Whole(1.0, 8192.0), PICTURE, "Texels along a side of a light's shadow map.").or("512"),
-    Key::new("translucency", "blur", Kind::Whole(0.0, 256.0), PICTURE, "Width in texels of the Gaussian that smooths the shadow map; 0 for none.").or("8"),
-    Key::new("translucency", "reading", Kind::Choice(&Reading::NAMES), PICTURE, "Whether the equations are computed as the errata correct them or to the letter of the print.").or("\"corrected\""),
-    Key::new("translucency", "smallest_d", Kind::Number(1e-9, 1e12), PICTURE, "Thickness below which the printed Eq. 12 is held; 0.001 of half the bounding box's diagonal where absent.").example("0.01").aside(),
-    Key::new("translucency", "evaluation", Kind::Choice(&EVALUATION_NAMES), PICTURE, "Whether the radiosity is evaluated at each pixel, or at each vertex and interpolated (fig. 6).").or("\"pixel\""),
-    Key::new("translucency", "second_layer", Kind::Flag, PICTURE, "Whether only points up to the second surface that the light meets receive it (fig. 9), or all.").or("true"),
-    Key::new("translucency", "shift_cure", Kind::Flag, PICTURE, "Whether the radiosity is looked up where the refracted ray leaves the box (fig. 7a), or along its direction.").or("true"),
-    Key::new("translucency", "blindness_cure", Kind::Flag, PICTURE, "Whether the cubemap's views fill the solid's bounding box (fig. 8), or a cube around it (fig. 7b).").or("true"),
-    Key::new("translucency", "fit", Kind::Choice(&FIT_NAMES), PICTURE, "What a shadow map just holds: the solid's bounding box, or the solid itself, which wastes fewer texels.").or("\"box\""),
-    Key::new("translucency", "show", Kind::Choice(&SHOW_NAMES), PICTURE, "Which light the picture shows: what the surface reflects, what has come through the solid, or both.").or("\"all\""),
+    Key::new(
+        "translucency",
+        "cubemap",
+        Kind::Whole(1.0, 2048.0),
+        PICTURE,
+        "Texels along a side of a face of the external cubemap.",
+    )
+    .or("64"),
+    Key::new(
+        "translucency",
+        "accumulation",
+        Kind::Whole(1.0, 16.0),
+        PICTURE,
+        "Accumulation points along the longest side of the solid's box, and along the others in proportion.",
+    )
+    .or("1"),
+    Key::new(
+        "translucency",
+        "shadow",
+        Kind::Whole(1.0, 8192.0),
+        PICTURE,
+        "Texels along a side of a light's shadow map.",
+    )
+    .or("512"),
+    Key::new(
+        "translucency",
+        "blur",
+        Kind::Whole(0.0, 256.0),
+        PICTURE,
+        "Width in texels of the Gaussian that smooths the shadow map; 0 for none.",
+    )
+    .or("8"),
+    Key::new(
+        "translucency",
+        "reading",
+        Kind::Choice(&Reading::NAMES),
+        PICTURE,
+        "Whether the equations are computed as the errata correct them or to the letter of the print.",
+    )
+    .or("\"corrected\""),
+    Key::new(
+        "translucency",
+        "smallest_d",
+        Kind::Number(1e-9, 1e12),
+        PICTURE,
+        "Thickness below which the printed Eq. 12 is held; 0.001 of half the bounding box's diagonal where \
+         absent.",
+    )
+    .example("0.01")
+    .aside(),
+    Key::new(
+        "translucency",
+        "evaluation",
+        Kind::Choice(&EVALUATION_NAMES),
+        PICTURE,
+        "Whether the radiosity is evaluated at each pixel, or at each vertex and interpolated (fig. 6).",
+    )
+    .or("\"pixel\""),
+    Key::new(
+        "translucency",
+        "second_layer",
+        Kind::Flag,
+        PICTURE,
+        "Whether only points up to the second surface that the light meets receive it (fig. 9), or all.",
+    )
+    .or("true"),
+    Key::new(
+        "translucency",
+        "shift_cure",
+        Kind::Flag,
+        PICTURE,
+        "Whether the radiosity is looked up where the refracted ray leaves the box (fig. 7a), or along its \
+         direction.",
+    )
+    .or("true"),
+    Key::new(
+        "translucency",
+        "blindness_cure",
+        Kind::Flag,
+        PICTURE,
+        "Whether the cubemap's views fill the solid's bounding box (fig. 8), or a cube around it (fig. 7b).",
+    )
+    .or("true"),
+    Key::new(
+        "translucency",
+        "fit",
+        Kind::Choice(&FIT_NAMES),
+        PICTURE,
+        "What a shadow map just holds: the solid's bounding box, or the solid itself, which wastes fewer \
+         texels.",
+    )
+    .or("\"box\""),
+    Key::new(
+        "translucency",
+        "show",
+        Kind::Choice(&SHOW_NAMES),
+        PICTURE,
+        "Which light the picture shows: what the surface reflects, what has come through the solid, or both.",
+    )
+    .or("\"all\""),
 ];
 
 /// The technique's own knobs.
