@@ -1,8 +1,49 @@
-//! bitlight: the bit-reproducible CPU ground truth of published techniques that light translucent solids, fur
-//! and animated characters with spherical harmonics.
+//! bitlight: the bit-reproducible CPU ground truth of published techniques that light translucent solids, fur and
+//! animated characters with spherical harmonics.
 //!
 //! [`run::render`] renders a [`scene::Scene`] pass by pass into a [`pass::Recorder`]. What each pass computes is in
-//! [`techniques`]; every bit of it is the same on every machine (ARCHITECTURE.md says why and how that is proved).
+//! [`techniques`]. Every bit is the same on every machine; ARCHITECTURE.md says why, and how that is proved.
+//!
+//! A frame, from a scene's text to the digest of each pass that ran:
+//!
+//! ```
+//! use bitlight::pass::Digests;
+//! use bitlight::run;
+//! use bitlight::scene::{Assets, Scene};
+//!
+//! let text = r#"
+//! technique = "translucency"
+//! image = { width = 32, height = 32 }
+//! camera = { position = [0, 0, 4] }
+//! solid = { shape = "torus-knot", resolution = 8 }
+//! light = [{ kind = "point", position = [0, 3, -3], intensity = [9, 9, 9] }]
+//! "#;
+//! let scene = Scene::parse(text, "knot.toml".as_ref(), &[])?;
+//! let mut digests = Digests::default();
+//! run::render(&scene, &Assets::None, &scene.technique.wanted("final")?, &mut digests)?;
+//! for pass in &digests.0 {
+//!     println!("{} {:?} {}", pass.name, pass.shape, pass.digest);
+//! }
+//! assert_eq!(digests.0.last().unwrap().shape, [32, 32, 3]);
+//! # Ok::<(), bitlight::Error>(())
+//! ```
+//!
+//! Spherical harmonics alone: the nine coefficients of a sky that is white above and black below, and the irradiance of
+//! a floor under it, π exactly and 3.14 by nine coefficients.
+//!
+//! ```
+//! use bitlight::sphere::environment::LatLong;
+//! use bitlight::sphere::irradiance;
+//! use glam::Vec3;
+//!
+//! let (width, height) = (64, 32);
+//! let sky = (0..width * height).map(|texel| if texel < width * height / 2 { Vec3::ONE } else { Vec3::ZERO });
+//! let coefficients = LatLong::new(width, height, sky.collect())?.project(3);
+//! let matrices = irradiance::matrix(&coefficients.try_into().unwrap());
+//! let floor = irradiance::evaluate(&matrices[0], Vec3::Y);
+//! assert!((floor - std::f32::consts::PI).abs() < 0.01, "{floor}");
+//! # Ok::<(), bitlight::Error>(())
+//! ```
 
 pub mod bake;
 #[cfg(feature = "cli")]

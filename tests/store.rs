@@ -58,7 +58,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     entries.map(|entry| (name(&entry), std::fs::read(entry.path()).unwrap())).collect()
 }
 
-/// What is baked, to the bit. Where it changes, so does the format of `bake/store.rs`.
+/// What is baked, to the bit. Where it changes, so does the format in `store/manifest.rs`.
 #[test]
 fn a_store_of_this_format_has_these_bits() {
     let place = Place::new();
@@ -205,7 +205,7 @@ fn what_cannot_be_baked_is_refused_and_leaves_nothing() {
     assert_refused(&bent, &["a.toml: bend.angle: pose 2: bends the solid into itself"]);
     assert_refused(
         &place.bake("never", &["--set", "technique=translucency"]),
-        &["technique", "only prt is baked"],
+        &["technique", "bakes nothing"],
     );
     assert_refused(&place.bake("never", &["--set", "light[0].kind=point"]), &["light[0]"]);
     assert_refused(
@@ -236,4 +236,96 @@ fn what_cannot_be_baked_is_refused_and_leaves_nothing() {
     assert_refused(&place.check("a.toml"), &["a.toml"]);
     let far = done(&place.bake("far", &["--poses", "4294967294..4294967295"]));
     assert!(far.contains("pose 4294967294: "), "{far}");
+}
+
+impl Place {
+    /// Renders into a folder; the digests of the passes that ran, by their names.
+    fn render(&self, out: &str, more: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bitlight"));
+        command.arg("render").arg(self.path("a.toml")).arg("-o").arg(self.path(out)).args(more);
+        command.env_remove("BITLIGHT_ASSETS").stdin(Stdio::null()).arg("--threads=2").output().unwrap()
+    }
+
+    fn digests(&self, file: &str) -> BTreeMap<String, String> {
+        let report = std::fs::read_to_string(self.path(file)).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+        let passes = report["passes"].as_array().unwrap().iter();
+        passes.map(|pass| (text(&pass["name"]), text(&pass["digest"]))).collect()
+    }
+}
+
+/// Surfaces of each kind: what is stored of each is another set of passes.
+const KINDS: [&[&str]; 4] = [
+    &[],
+    &["--set=surface.highlight=phong", "--set=prt.bounces=0"],
+    &["--set=surface.highlight=phong", "--set=prt.bands=3"],
+    &["--set=prt.subsurface=dipole", "--set=surface.albedo=[0,0,0]", "--set=prt.bounces=0"],
+];
+
+#[test]
+fn a_frame_from_a_store_has_the_digests_of_one_without() {
+    for (number, kind) in KINDS.iter().enumerate() {
+        let (place, store) = (Place::new(), format!("store{number}"));
+        done(&place.bake(&store, &[kind, &["--poses", "2..4"][..]].concat()));
+        let from = place.path(&store).to_string_lossy().into_owned();
+        // Light and camera are no part of a store.
+        let other = ["--set=camera.position=[1,2,5]", "--set=light[0].radiance=[3,2,1]", "--frames=2..4"];
+        for passes in ["--passes=all", "--passes=final", "--passes=shading,matrices"] {
+            let with = [kind, &other[..], &[passes]].concat();
+            done(&place.render("afresh", &with));
+            done(&place.render("stored", &[&with[..], &["--store", &from]].concat()));
+            for frame in ["a.0002.json", "a.0003.json"] {
+                let [afresh, stored] =
+                    ["afresh", "stored"].map(|out| place.digests(&format!("{out}/{frame}")));
+                assert!(
+                    !stored.is_empty() && stored.iter().all(|(name, digest)| afresh[name] == *digest),
+                    "{kind:?}"
+                );
+                if passes == "--passes=all" {
+                    assert_eq!(afresh, stored, "{kind:?}");
+                }
+                // Directions are not looked along again.
+                let traced = stored.contains_key("prt.visibility");
+                assert!(passes != "--passes=final" || !traced, "{kind:?}: {:?}", stored.keys());
+            }
+        }
+        std::fs::remove_dir_all(place.path("stored")).unwrap();
+        let refused = |more: &[&str], parts: &[&str]| {
+            let more = [kind, more, &["--store", &from]].concat();
+            assert_refused(&place.render("stored", &more), parts);
+        };
+        refused(&[], &["manifest.json", "has no pose.0000", "bitlight bake --poses"]);
+        refused(&["--set=time=0.3"], &["time", "is 0.3", "--frames"]);
+        refused(
+            &["--set=solid.resolution=7", "--frames=2..3"],
+            &["baked with solid.resolution = 6", "has 7"],
+        );
+        refused(&["--set=prt.directions=65", "--frames=2..3"], &["baked with prt.directions = 64", "has 65"]);
+        assert!(files(&place.path("stored")).is_empty(), "a refused frame leaves nothing");
+        done(&place.render("stored", &[kind, &["--set=time=0.25", "--store", &from][..]].concat())); // pose 2
+        // A store whose digests are right and whose arrays are another scene's.
+        std::fs::write(place.path(&store).join("pose.0002.visibility.npy"), "no array").unwrap();
+        refused(&["--frames=2..3"], &["pose.0002.visibility.npy", "damaged"]);
+    }
+}
+
+#[test]
+fn a_bake_loads_no_light() {
+    let place = Place::new();
+    let probe = "light = [{ kind = \"environment\", file = \"nowhere.hdr\" }]";
+    std::fs::write(
+        place.path("a.toml"),
+        SCENE.replace("light = [{ kind = \"environment\", radiance = [1, 1, 1] }]", probe),
+    )
+    .unwrap();
+    done(&place.bake("store", &["--poses", "0..1"]));
+    assert_refused(&place.render("out", &[]), &["nowhere.hdr"]);
+}
+
+#[test]
+fn a_technique_that_bakes_nothing_is_refused() {
+    let place = Place::new();
+    let other = ["--set=technique=translucency", "--store=nowhere"];
+    assert_refused(&place.render("out", &other), &["is translucency, which bakes nothing", "set it to prt"]);
 }

@@ -51,7 +51,7 @@ pub struct Until {
 
 /// How far sampling has come.
 #[derive(Debug, Clone, Copy)]
-pub struct Progress {
+pub struct Sampled {
     /// Samples that a pixel has, on average.
     pub samples: f64,
     /// The part that is done, from 0 to 1.
@@ -66,7 +66,7 @@ pub struct Truth {
     /// What light travels through.
     pub estimator: Estimator,
     /// Who looks.
-    pub view: truth::View,
+    pub sensor: truth::Sensor,
     /// What the sums are of: settings and data that must be the same for a run to go on.
     pub identity: Identity,
     /// A pixel's sums, row by row from the top left.
@@ -93,14 +93,14 @@ impl Truth {
         let loaded = Loaded::new(scene, assets, &[])?;
         let prepared = loaded.stage(scene).and_then(|stage| prepare(scene, stage));
         let (estimator, transport) = prepared.map_err(|error| scene.place(error))?;
-        let view = truth::View {
+        let sensor = truth::Sensor {
             camera: scene.camera,
             size: scene.size,
             background: scene.background,
             filter: scene.truth.filter,
         };
         let identity = Identity { settings: settings(scene, transport), data: estimator.digest() };
-        Ok(Self { estimator, view, identity, sums: Sums::new(count) })
+        Ok(Self { estimator, sensor, identity, sums: Sums::new(count) })
     }
 
     /// Goes on from the state that an earlier run left at `path`, if there is one.
@@ -135,7 +135,7 @@ impl Truth {
         until: Until,
         path: &Path,
         clock: Clock,
-        told: &mut dyn FnMut(Progress),
+        told: &mut dyn FnMut(Sampled),
     ) -> Result<(), Error> {
         let target = until.samples.unwrap_or(u64::MAX);
         let begun = clock();
@@ -144,7 +144,7 @@ impl Truth {
             let passed = clock() - begun;
             let of_samples = until.samples.map_or(0.0, |all| samples / all as f64);
             let of_time = until.seconds.map_or(0.0, |seconds| min(passed / seconds, 1.0));
-            told(Progress { samples, part: max(of_samples, of_time), begins });
+            told(Sampled { samples, part: max(of_samples, of_time), begins });
         };
         tell(self.sums.samples as f64, true);
         while self.sums.samples < target {
@@ -172,12 +172,12 @@ impl Truth {
 
     /// Adds samples until each pixel has `samples`; `told` is told now and then how many pixels have them.
     pub fn advance(&mut self, samples: u64, told: &mut dyn FnMut(usize)) {
-        self.estimator.pixels(&self.view, &mut self.sums, samples, told);
+        self.estimator.pixels(&self.sensor, &mut self.sums, samples, told);
     }
 
     /// The buffers of [`TRUTH`]; of fewer than two samples the variance is 0.
     pub fn buffers(&self) -> [Buffer; 2] {
-        let [width, height] = self.view.size;
+        let [width, height] = self.sensor.size;
         let image = |pixel: &dyn Fn(usize) -> [f64; 3]| {
             let values = (0..width * height).flat_map(|index| pixel(index).map(|value| value as f32));
             Buffer::f32(&[height, width, 3], values.collect())
@@ -231,32 +231,31 @@ pub fn lights(all: &[Light], bands: usize) -> Lights {
                 lights.lamps.push(Lamp::Directional { direction: *direction, irradiance: *irradiance });
             }
             Light::Directional { direction, irradiance } => {
-                lights.environments.push(lobe(bands, *direction, *irradiance));
+                lights.skies.push(lobe(bands, *direction, *irradiance));
             }
-            Light::Environment { environment: all, .. } => lights.environments.push(environment(all, bands)),
+            Light::Environment { environment: all, .. } => lights.skies.push(environment(all, bands)),
         }
     }
     lights
 }
 
 /// An environment as it is (0 bands), or projected.
-fn environment(all: &Environment, bands: usize) -> truth::Environment {
-    let harmonics =
-        |bands: usize| truth::Environment::Harmonics { bands, coefficients: all.coefficients(bands) };
+fn environment(all: &Environment, bands: usize) -> truth::Sky {
+    let harmonics = |bands: usize| truth::Sky::Harmonics { bands, coefficients: all.coefficients(bands) };
     match &all.form {
-        Form::Constant(colour) => truth::Environment::Constant(*colour * all.scale),
+        Form::Constant(colour) => truth::Sky::Constant(*colour * all.scale),
         Form::Probe(_) if bands == 0 => harmonics(3),
-        Form::Map(map) if bands == 0 => truth::Environment::Map(Map::new(map.clone(), all.scale)),
+        Form::Map(map) if bands == 0 => truth::Sky::Map(Map::new(map.clone(), all.scale)),
         _ => harmonics(bands),
     }
 }
 
 /// Parallel light in a few bands: Σ Y_lm(−d) Y_lm, times its irradiance.
-fn lobe(bands: usize, direction: Vec3, irradiance: Vec3) -> truth::Environment {
+fn lobe(bands: usize, direction: Vec3, irradiance: Vec3) -> truth::Sky {
     let mut basis = vec![0.0; bands * bands];
     sh::evaluate(bands, (-direction).as_dvec3().to_array(), &mut basis);
     let coefficients = basis.iter().map(|value| (irradiance * *value as f32).to_array()).collect();
-    truth::Environment::Harmonics { bands, coefficients }
+    truth::Sky::Harmonics { bands, coefficients }
 }
 
 /// The surface model; `bounces` are those between points of the solid, without the reflection to the

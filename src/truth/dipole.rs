@@ -108,7 +108,7 @@ fn entering(scene: &Estimator, medium: &Medium, y: &Place, random: &mut Sample) 
             total += irradiance * (cosine * medium.transmittance(cosine));
         }
     }
-    if scene.lights.environments.is_empty() {
+    if scene.lights.skies.is_empty() {
         return total;
     }
     let local = cosine(random.pair());
@@ -119,7 +119,7 @@ fn entering(scene: &Estimator, medium: &Medium, y: &Place, random: &mut Sample) 
         total += scene.lights.weighted_radiance(direction, pdf) * (PI * medium.transmittance(local.z));
     }
     if scene.lights.draw {
-        for environment in &scene.lights.environments {
+        for environment in &scene.lights.skies {
             let Some((direction, pdf)) = environment.sample(random) else { continue };
             let cosine = direction.dot(y.normal);
             if cosine > 0.0 && free(direction, &y.ray(direction)) {

@@ -30,7 +30,7 @@ pub enum Lamp {
 
 /// Radiance from far away.
 #[derive(Debug, Clone)]
-pub enum Environment {
+pub enum Sky {
     /// The same from everywhere, RGB.
     Constant(Vec3),
     /// A projection as it is, negative lobes included: directions are never drawn from it.
@@ -111,7 +111,7 @@ impl Map {
     }
 }
 
-impl Environment {
+impl Sky {
     /// The radiance that arrives from the unit vector `direction`.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         match self {
@@ -172,7 +172,7 @@ pub struct Lights {
     /// Points and directions.
     pub lamps: Vec<Lamp>,
     /// Environments; they add up.
-    pub environments: Vec<Environment>,
+    pub skies: Vec<Sky>,
     /// Whether maps are drawn from, each draw weighted with the surface's own; else the surface alone is drawn from, which
     /// is as right and noisier.
     pub draw: bool,
@@ -181,13 +181,13 @@ pub struct Lights {
 impl Lights {
     /// The radiance of all environments from a unit vector.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.environments.iter().fold(Vec3::ZERO, |sum, environment| sum + environment.radiance(direction))
+        self.skies.iter().fold(Vec3::ZERO, |sum, sky| sum + sky.radiance(direction))
     }
 
     /// The radiance of all environments from a direction that something else drew with density `pdf`, weighted by the
-    /// balance heuristic (Veach 1997, Eq. 9.8) against [`Environment::sample`].
+    /// balance heuristic (Veach 1997, Eq. 9.8) against [`Sky::sample`].
     pub(super) fn weighted_radiance(&self, direction: Vec3, pdf: f32) -> Vec3 {
-        self.environments.iter().fold(Vec3::ZERO, |sum, environment| {
+        self.skies.iter().fold(Vec3::ZERO, |sum, environment| {
             let other = if self.draw { environment.pdf(direction) } else { 0.0 };
             sum + environment.radiance(direction) * (pdf / (pdf + other))
         })

@@ -19,7 +19,7 @@ mod sums;
 mod walk;
 
 pub use boundary::{fresnel, refract};
-pub use lights::{Environment, Lamp, Lights, Map};
+pub use lights::{Lamp, Lights, Map, Sky};
 pub use settings::{KEYS, Settings, Transport};
 pub use state::{ANEW, Identity, state_bytes};
 pub use sums::Sums;
@@ -98,7 +98,7 @@ pub enum Filter {
 
 /// Who looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
+pub struct Sensor {
     /// From where to where.
     pub camera: Camera,
     /// Width and height of the image, in pixels.
@@ -109,7 +109,7 @@ pub struct View {
     pub filter: Filter,
 }
 
-impl View {
+impl Sensor {
     /// Its rays.
     pub fn rays(&self) -> Rays {
         let Camera { position, target, up, .. } = self.camera;
@@ -183,7 +183,7 @@ impl Estimator {
         };
         vectors(&self.mesh.positions);
         vectors(&self.mesh.normals);
-        self.lights.environments.iter().for_each(|environment| vectors(&environment.values()));
+        self.lights.skies.iter().for_each(|environment| vectors(&environment.values()));
         for corner in self.mesh.triangles.as_flattened() {
             hasher.update(&corner.to_le_bytes());
         }
@@ -204,7 +204,7 @@ impl Estimator {
 
     /// Adds samples of the radiance that each pixel sees, until each has `samples`; `told` is told now and then how many
     /// have them. Elements of the sums are pixels, row by row from the top left.
-    pub fn pixels(&self, view: &View, sums: &mut Sums, samples: u64, told: &mut dyn FnMut(usize)) {
+    pub fn pixels(&self, view: &Sensor, sums: &mut Sums, samples: u64, told: &mut dyn FnMut(usize)) {
         let rays = view.rays();
         let look = |pixel: usize, at: [f32; 2]| {
             let ray = rays.through(pixel, at);

@@ -104,7 +104,7 @@ fn direct(scene: &Estimator, brdf: &Brdf, at: &Local, random: &mut Sample) -> Ve
         }
     }
     if scene.lights.draw {
-        for environment in &scene.lights.environments {
+        for environment in &scene.lights.skies {
             let Some((direction, pdf)) = environment.sample(random) else { continue };
             let light = at.local(direction);
             if light.z > 0.0 && at.above(direction) && !scene.bvh.blocked(&at.place.ray(direction)) {

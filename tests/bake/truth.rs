@@ -10,7 +10,7 @@ use bitlight::numeric::random::Sample;
 use bitlight::sphere::environment::LatLong;
 use bitlight::store::file;
 use bitlight::trace::bundle;
-use bitlight::truth::{Environment, Estimator, Lights, Map, Model, Normals, Sums};
+use bitlight::truth::{Estimator, Lights, Map, Model, Normals, Sky, Sums};
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::mesh::Mesh;
 use glam::Vec3;
@@ -29,10 +29,10 @@ fn some_vectors(mesh: &Mesh, vertices: &[usize], count: usize, bands: usize) -> 
 }
 
 /// Mean radiance of the truth at some vertices and the variance of each mean, RGB.
-fn truth(mesh: &Mesh, vertices: &[usize], environment: Environment, samples: u64) -> Vec<[[f64; 3]; 2]> {
+fn truth(mesh: &Mesh, vertices: &[usize], environment: Sky, samples: u64) -> Vec<[[f64; 3]; 2]> {
     let brdf = Brdf { albedo: Vec3::ONE, specular: Vec3::ZERO, gloss: Gloss::None };
     let model = Model::Surface { brdf, bounces: Some(1), normals: Normals::Interpolated };
-    let lights = Lights { lamps: Vec::new(), environments: vec![environment], draw: true };
+    let lights = Lights { lamps: Vec::new(), skies: vec![environment], draw: true };
     let scene = Estimator::new(mesh.clone(), model, lights);
     let mut sums = Sums::new(vertices.len());
     let of = |element: usize| {
@@ -63,7 +63,7 @@ fn difference(vectors: &[f32], light: &[[f32; 3]], truth: &[[[f64; 3]; 2]]) -> (
 /// Both charts of a mesh: errors under 4 projected bands for each number of directions, and under the map for 1 to 6 bands.
 fn chart(mesh: &Mesh, vertices: &[usize], map: &LatLong, counts: &[usize], samples: u64) -> [Vec<f64>; 2] {
     let light = map.project(4);
-    let harmonics = Environment::Harmonics { bands: 4, coefficients: light.clone() };
+    let harmonics = Sky::Harmonics { bands: 4, coefficients: light.clone() };
     let exact = truth(mesh, vertices, harmonics, samples);
     let mut by_directions = Vec::new();
     for count in counts {
@@ -75,7 +75,7 @@ fn chart(mesh: &Mesh, vertices: &[usize], map: &LatLong, counts: &[usize], sampl
         );
         by_directions.push(error);
     }
-    let exact = truth(mesh, vertices, Environment::Map(Map::new(map.clone(), 1.0)), samples);
+    let exact = truth(mesh, vertices, Sky::Map(Map::new(map.clone(), 1.0)), samples);
     let mut by_bands = Vec::new();
     for bands in 1..=6 {
         let found = some_vectors(mesh, vertices, counts[counts.len() - 1], bands);

@@ -3,7 +3,7 @@
 use crate::{LEVEL, agrees, estimate, square};
 use bitlight::sphere::environment::LatLong;
 use bitlight::trace::Ray;
-use bitlight::truth::{Environment, Estimator, Lamp, Lights, Map, Model, Normals};
+use bitlight::truth::{Estimator, Lamp, Lights, Map, Model, Normals, Sky};
 use bitlight::world::medium::Medium;
 use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
@@ -29,10 +29,10 @@ fn a_wide_sheet_reflects_the_total_reflectance() {
     // Slanting, where Fresnel's transmittance is 0.78 and not 0.96.
     let direction = Vec3::new(0.96, 0.0, -0.28);
     let lamps = vec![Lamp::Directional { direction, irradiance: Vec3::splat(3.0) }];
-    let even = Environment::Constant(Vec3::ONE);
+    let even = Sky::Constant(Vec3::ONE);
     // 400 mm: beyond 200 mm from the middle lies less than e^-20 of the kernel.
     let by_direction = scene(square(200.0, 0.0), medium, Lights { lamps, ..Lights::default() });
-    let by_all = scene(square(200.0, 0.0), medium, Lights { environments: vec![even], ..Lights::default() });
+    let by_all = scene(square(200.0, 0.0), medium, Lights { skies: vec![even], ..Lights::default() });
     let towards = Vec3::new(0.0, 0.96, 0.28);
     let ray = Ray::new(Vec3::new(0.3, -0.2, 0.0) + towards * 50.0, -towards);
     let eta = f64::from(medium.eta);
@@ -92,7 +92,7 @@ fn drawing_from_a_map_as_well_changes_noise_alone() {
     let mut mesh = shapes::torus_knot(2, 3, 0.35, 100, 12).unwrap();
     mesh.apply(4.0, Mat3::IDENTITY, Vec3::ZERO).unwrap();
     let run = |draw: bool| {
-        let lights = Lights { environments: vec![Environment::Map(map.clone())], draw, ..Lights::default() };
+        let lights = Lights { skies: vec![Sky::Map(map.clone())], draw, ..Lights::default() };
         let knot = scene(mesh.clone(), marble().0, lights);
         let eye = Vec3::new(3.0, 9.0, 12.0);
         estimate(60_000, |random| {

@@ -6,7 +6,7 @@ use bitlight::numeric::random::Sample;
 use bitlight::sphere::quadrature::{fibonacci, gauss_legendre};
 use bitlight::trace::Ray;
 use bitlight::truth::{
-    Environment, Estimator, Lamp, Lights, Model, Volume, fresnel, henyey_greenstein, refract, scatter,
+    Estimator, Lamp, Lights, Model, Sky, Volume, fresnel, henyey_greenstein, refract, scatter,
 };
 use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
@@ -19,7 +19,7 @@ fn volume(scattering: [f32; 3], absorption: [f32; 3], anisotropy: f32, eta: f32)
 }
 
 fn bright(mesh: Mesh, volume: Volume) -> Estimator {
-    let lights = Lights { environments: vec![Environment::Constant(Vec3::ONE)], ..Lights::default() };
+    let lights = Lights { skies: vec![Sky::Constant(Vec3::ONE)], ..Lights::default() };
     let scene = Estimator::new(mesh, Model::Medium(volume), lights);
     scene.check().unwrap();
     scene

@@ -3,22 +3,22 @@
 use bitlight::numeric::parallel::with_threads;
 use bitlight::numeric::random::Sample;
 use bitlight::raster;
-use bitlight::truth::{Environment, Estimator, Filter, Lights, Model, Normals, Sums, View};
+use bitlight::truth::{Estimator, Filter, Lights, Model, Normals, Sensor, Sky, Sums};
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::camera::Camera;
 use bitlight::world::shapes;
 use glam::Vec3;
 
-fn view(filter: Filter) -> View {
+fn view(filter: Filter) -> Sensor {
     let camera = Camera { position: Vec3::new(1.0, 2.0, 4.0), target: Vec3::ZERO, up: Vec3::Y, fov: 40.0 };
-    View { camera, size: [13, 9], background: Vec3::new(0.25, 0.5, 0.75), filter }
+    Sensor { camera, size: [13, 9], background: Vec3::new(0.25, 0.5, 0.75), filter }
 }
 
 fn knot() -> Estimator {
     let brdf =
         Brdf { albedo: Vec3::splat(0.7), specular: Vec3::splat(0.2), gloss: Gloss::Phong { exponent: 9.0 } };
     let model = Model::Surface { brdf, bounces: None, normals: Normals::Interpolated };
-    let lights = Lights { environments: vec![Environment::Constant(Vec3::ONE)], ..Lights::default() };
+    let lights = Lights { skies: vec![Sky::Constant(Vec3::ONE)], ..Lights::default() };
     Estimator::new(shapes::torus_knot(2, 3, 0.3, 60, 8).unwrap(), model, lights)
 }
 

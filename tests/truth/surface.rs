@@ -5,7 +5,7 @@ use bitlight::numeric::random::Sample;
 use bitlight::sphere::environment::LatLong;
 use bitlight::sphere::irradiance;
 use bitlight::trace::Ray;
-use bitlight::truth::{Environment, Estimator, Lamp, Lights, Map, Model, Normals, Sums};
+use bitlight::truth::{Estimator, Lamp, Lights, Map, Model, Normals, Sky, Sums};
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::mesh::Mesh;
 use bitlight::world::shapes;
@@ -19,8 +19,8 @@ fn surface(mesh: Mesh, brdf: Brdf, bounces: Option<u32>, lights: Lights) -> Esti
     Estimator::new(mesh, Model::Surface { brdf, bounces, normals: Normals::Face }, lights)
 }
 
-fn under(environment: Environment) -> Lights {
-    Lights { environments: vec![environment], ..Lights::default() }
+fn under(environment: Sky) -> Lights {
+    Lights { skies: vec![environment], ..Lights::default() }
 }
 
 fn knot() -> Mesh {
@@ -67,7 +67,7 @@ fn a_closed_room_fills_with_light() {
 #[test]
 fn a_white_object_vanishes_under_even_light() {
     let light = Vec3::new(0.5, 1.0, 2.0);
-    let scene = surface(knot(), diffuse(Vec3::ONE), None, under(Environment::Constant(light)));
+    let scene = surface(knot(), diffuse(Vec3::ONE), None, under(Sky::Constant(light)));
     let all = estimate(40_000, |random| {
         let ray = inward(random);
         scene.along(&ray, random).unwrap_or(light)
@@ -141,7 +141,7 @@ fn drawing_from_a_map_as_well_changes_noise_alone() {
     for gloss in [Gloss::None, Gloss::Phong { exponent: 12.0 }, Gloss::CookTorrance { roughness: 0.3 }] {
         let brdf = Brdf { albedo: Vec3::new(0.5, 0.4, 0.3), specular: Vec3::splat(0.3), gloss };
         let run = |draw: bool| {
-            let lights = Lights { draw, ..under(Environment::Map(Map::new(spot(), 2.0))) };
+            let lights = Lights { draw, ..under(Sky::Map(Map::new(spot(), 2.0))) };
             let scene = surface(knot(), brdf, Some(2), lights);
             estimate(60_000, |random| {
                 let ray = inward(random);
@@ -161,7 +161,7 @@ fn drawing_from_a_map_as_well_changes_noise_alone() {
 #[test]
 fn a_map_that_is_constant_is_a_constant() {
     let map = LatLong::new(9, 5, vec![Vec3::new(1.0, 2.0, 3.0); 45]).unwrap();
-    let lights = Lights { draw: true, ..under(Environment::Map(Map::new(map, 1.0))) };
+    let lights = Lights { draw: true, ..under(Sky::Map(Map::new(map, 1.0))) };
     let scene = surface(knot(), diffuse(Vec3::ONE), None, lights);
     let all = estimate(40_000, |random| {
         let ray = inward(random);
@@ -186,9 +186,8 @@ fn light_of_either_sign_adds_up_sample_by_sample() {
             specular: Vec3::splat(0.3),
             gloss: Gloss::Phong { exponent: 20.0 },
         };
-        let [a, b, sum] = [a, b, sum].map(|coefficients| {
-            surface(knot(), brdf, None, under(Environment::Harmonics { bands, coefficients }))
-        });
+        let [a, b, sum] = [a, b, sum]
+            .map(|coefficients| surface(knot(), brdf, None, under(Sky::Harmonics { bands, coefficients })));
         let mut negative = 0;
         for number in 0..500 {
             let [a, b, sum] = [&a, &b, &sum].map(|scene| {
@@ -210,12 +209,8 @@ fn vertices_of_a_sphere_reflect_the_irradiance_of_nine_coefficients() {
     let nine: [[f32; 3]; 9] = coefficients.clone().try_into().unwrap();
     let matrices = irradiance::matrix(&nine);
     let albedo = Vec3::new(0.3, 0.6, 0.9);
-    let scene = surface(
-        mesh.clone(),
-        diffuse(albedo),
-        None,
-        under(Environment::Harmonics { bands: 3, coefficients }),
-    );
+    let scene =
+        surface(mesh.clone(), diffuse(albedo), None, under(Sky::Harmonics { bands: 3, coefficients }));
     let mut sums = Sums::new(mesh.positions.len());
     scene.vertices(&mut sums, 500);
     for vertex in 0..mesh.positions.len() {

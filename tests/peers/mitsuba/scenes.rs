@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each program takes what it needs")]
 
-use bitlight::truth::{Environment, Estimator, Filter, Lamp, Lights, Model, Normals, Sums, View, Volume};
+use bitlight::truth::{Estimator, Filter, Lamp, Lights, Model, Normals, Sensor, Sky, Sums, Volume};
 use bitlight::world::brdf::{Brdf, Gloss};
 use bitlight::world::camera::Camera;
 use bitlight::world::shapes;
@@ -21,7 +21,7 @@ pub(crate) type Estimate = [[f64; 3]; 2];
 /// What a file of Mitsuba's says.
 pub(crate) struct Table {
     pub(crate) scene: Estimator,
-    pub(crate) view: View,
+    pub(crate) view: Sensor,
     /// Pixels along a side of a block.
     pub(crate) block: usize,
     /// Passes that Mitsuba's variances are from.
@@ -39,7 +39,7 @@ impl Table {
     pub(crate) fn changed(path: &Path, change: impl FnOnce(&mut Model)) -> Result<Self, Box<dyn Error>> {
         let table: Value = serde_json::from_str(&fs::read_to_string(path)?)?;
         let camera = &table["camera"];
-        let view = View {
+        let view = Sensor {
             camera: Camera {
                 position: vector(&camera["position"]),
                 target: vector(&camera["target"]),
@@ -84,10 +84,8 @@ impl Table {
                     direction: vector(&light["direction"]).normalize(),
                     irradiance: vector(&light["irradiance"]),
                 }),
-                Some("constant") => {
-                    lights.environments.push(Environment::Constant(vector(&light["radiance"])))
-                }
-                _ => lights.environments.push(Environment::Harmonics {
+                Some("constant") => lights.skies.push(Sky::Constant(vector(&light["radiance"]))),
+                _ => lights.skies.push(Sky::Harmonics {
                     bands: 3,
                     coefficients: items(&light["coefficients"]).map(|rgb| vector(rgb).to_array()).collect(),
                 }),
