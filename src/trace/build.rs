@@ -1,26 +1,8 @@
 //! Nodes of eight children and blocks of triangles, from obvhs's binary tree.
 
-use super::bvh::{BLOCK_TRIANGLES, BLOCK_VERTICES, Block, Node, WIDTH};
+use super::node::{BLOCK_TRIANGLES, BLOCK_VERTICES, Block, Node, Parts, WIDTH};
 use crate::numeric::order::max;
 use obvhs::bvh2::Bvh2;
-
-/// Nodes, each before those below it, the first of all the root; and the blocks.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Parts {
-    pub(super) nodes: Vec<Node>,
-    pub(super) blocks: Vec<Block>,
-}
-
-impl Parts {
-    /// Gives a node its children: new nodes, the index of whose first this returns, and these blocks.
-    fn give(&mut self, to: usize, nodes: usize, blocks: impl Iterator<Item = Block>) -> usize {
-        let first = [self.nodes.len(), self.blocks.len()];
-        self.nodes.resize(first[0] + nodes, Node::EMPTY);
-        self.blocks.extend(blocks);
-        self.nodes[to].adopt(first, [nodes, self.blocks.len() - first[1]]);
-        first[0]
-    }
-}
 
 /// What a walk through a subtree costs, and what is in it as far as one block may hold it.
 #[derive(Clone, Copy)]

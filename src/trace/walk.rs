@@ -4,8 +4,7 @@
 //! is taken out. So the way through a node has no loop over its children and no sorting, whose branches no processor
 //! foretells.
 
-use super::build::Parts;
-use super::bvh::{Block, LEVELS, Node, WIDTH};
+use super::node::{Block, LEVELS, Node, Parts, WIDTH};
 use super::triangle::{Shear, Slabs};
 use super::{Hit, Ray};
 use std::mem::MaybeUninit;
@@ -199,52 +198,5 @@ pub(super) mod portable {
 
     pub(in super::super) fn blocked(parts: &Parts, ray: &Ray) -> bool {
         super::blocked(parts, ray, |node, slabs, most| enter(&parts.nodes[node], slabs, most), meet)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Bvh;
-    use super::*;
-    use crate::world::mesh::Mesh;
-    use crate::world::shapes;
-    use glam::Vec3;
-
-    /// Rays of all lengths through corners, along and beside edges, parallel to axes and to boxes' planes, against meshes
-    /// of which one has every triangle twice.
-    #[test]
-    fn the_portable_walk_finds_what_the_processors_own_finds() {
-        let knot = shapes::torus_knot(2, 3, 0.35, 64, 8).unwrap();
-        let twice = knot.triangles.iter().chain(&knot.triangles).copied().collect();
-        let twice = Mesh::new(knot.positions.clone(), None, twice).unwrap();
-        let cuboid = shapes::cuboid(Vec3::new(1.0, 0.25, 3.0), 4).unwrap();
-        let tiny = cuboid.positions.iter().map(|p| *p * 1e-18).collect();
-        let tiny = Mesh::new(tiny, None, cuboid.triangles.clone()).unwrap();
-        for mesh in [knot, twice, cuboid, tiny] {
-            let bvh = Bvh::new(&mesh);
-            let radius = mesh.bounds().radius();
-            let mut hits = 0;
-            let count = 20_000;
-            for number in 0..count {
-                let corner = |step: usize| mesh.positions[(number * step + step) % mesh.positions.len()];
-                let axis = [Vec3::X, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Z][number % 6];
-                let origin = corner(7) + axis * [0.0, -2.0 * radius, radius][number % 3];
-                let direction = match number % 4 {
-                    0 => axis,
-                    1 => corner(11) - origin,
-                    2 => (corner(5) + corner(6)) * 0.5 - origin,
-                    _ => corner(13) + Vec3::splat(radius * 1e-3) - origin,
-                };
-                let direction = if direction == Vec3::ZERO { axis } else { direction };
-                let far = if number % 5 == 0 { 0.7 } else { f32::INFINITY };
-                let ray = Ray { origin, direction, far };
-                let found = portable::nearest(&bvh.parts, &ray);
-                assert_eq!(found, bvh.nearest(&ray), "{ray:?}");
-                let blocked = [portable::blocked(&bvh.parts, &ray), bvh.blocked(&ray)];
-                assert_eq!(blocked, [found.is_some(); 2], "{ray:?}");
-                hits += usize::from(found.is_some());
-            }
-            assert!(hits > count / 4, "{hits}");
-        }
     }
 }

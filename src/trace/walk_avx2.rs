@@ -1,7 +1,6 @@
 //! The walk with eight boxes or triangles at a time, and four in `f64`: with the bits of `walk::portable`.
 
-use super::build::Parts;
-use super::bvh::{BLOCK_TRIANGLES, BLOCK_VERTICES, Block, Node, WIDTH};
+use super::node::{BLOCK_TRIANGLES, BLOCK_VERTICES, Block, Node, Parts, WIDTH};
 use super::triangle::{PADDING, Slabs};
 use super::walk::{self, Best, Entered, Sight};
 use super::{Hit, Ray};
