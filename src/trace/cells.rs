@@ -1,12 +1,9 @@
 //! The points of a bundle sorted into the cells of a grid across the direction.
 
 use super::Hit;
-use super::bundle::Bundle;
+use super::morton::{Bundle, LANES};
 use crate::numeric::lanes::wide;
 use crate::numeric::order::{clamp, max, min};
-
-/// The most triangles that are set up together, and points that one is held against at a time.
-pub(super) const LANES: usize = 16;
 
 /// Rows of the grid for each square root of a triangle.
 const ROWS: f32 = 0.25;

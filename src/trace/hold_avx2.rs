@@ -1,8 +1,8 @@
 //! Points that triangles are held against, eight at a time, as `hold::walk` does: what is certain there is certain here.
 
-use super::bundle::Bundle;
 use super::cells::{BLOCK_COLUMNS, Cells, Grid, Lanes};
 use super::hold::{DEPTH_SLACK, SLACK, collect, decide};
+use super::morton::Bundle;
 use glam::Vec3;
 use std::arch::x86_64::*;
 

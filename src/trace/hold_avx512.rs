@@ -1,8 +1,8 @@
 //! `hold::walk` with sixteen lanes: triangles are set up and points held against them sixteen at a time.
 
-use super::bundle::Bundle;
-use super::cells::{BLOCK_COLUMNS, Cells, Grid, LANES, Lanes};
+use super::cells::{BLOCK_COLUMNS, Cells, Grid, Lanes};
 use super::hold::{DEPTH_SLACK, SLACK, collect, decide};
+use super::morton::{Bundle, LANES};
 use crate::numeric::order::min;
 use glam::Vec3;
 use std::arch::x86_64::*;

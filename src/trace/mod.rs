@@ -13,6 +13,7 @@ mod hold;
 mod hold_avx2;
 #[cfg(target_arch = "x86_64")]
 mod hold_avx512;
+mod morton;
 mod node;
 pub mod triangle;
 mod walk;
