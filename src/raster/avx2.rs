@@ -3,7 +3,9 @@
 
 use super::SUBPIXELS;
 use super::batch::Batch;
-use super::fill::{LANES, Sorted, Tile, batches, centre, large, touch};
+use super::fill::{batches, large, touch};
+use super::setup::Sorted;
+use super::tile::{LANES, Tile, centre};
 use std::arch::x86_64::*;
 
 /// `fill::fill` with eight lanes.

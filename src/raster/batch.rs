@@ -1,9 +1,8 @@
 //! Triangles set up side by side: edge functions, and depth as a plane over the screen.
 
 use super::SUBPIXELS;
-use super::fill::Tile;
 use super::screen::Projected;
-use super::setup::{first_centre, past_centre};
+use super::tile::{Tile, first_centre, past_centre};
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::{clamp, max, min};
 

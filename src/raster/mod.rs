@@ -7,6 +7,7 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod batch;
+mod buffer;
 mod clip;
 mod fill;
 mod rectangle;
@@ -14,11 +15,13 @@ mod screen;
 mod setup;
 mod shadow;
 mod surface;
+mod tile;
 mod view;
 
-pub use fill::{NONE, Visibility, two_depths, visibility};
+pub use buffer::{Visibility, two_depths, visibility};
 pub use shadow::ShadowView;
 pub use surface::{Points, surfaces};
+pub use tile::NONE;
 pub use view::{Axes, View};
 
 /// The largest width and height of an image, in pixels: snapped coordinates stay below 2²³, which is exact in `f32`.

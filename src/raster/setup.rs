@@ -1,18 +1,45 @@
 //! Which triangles may cover something, and the tiles of the image that each touches.
 
+use super::View;
 use super::clip::{clip, planes};
-use super::fill::TILE;
-use super::screen::{CLIP, LOST, Projected, SIDES, snap};
-use super::{SUBPIXELS, View};
+use super::screen::{CLIP, LOST, Projected, SIDES, project, snap};
+use super::tile::{TILE, first_centre, past_centre};
 use crate::numeric::lanes::wide;
 use crate::numeric::order::{max, min};
+use crate::numeric::parallel;
 use glam::Vec3;
 
 /// Triangles that are set up together.
-pub(super) const RUN: usize = 4096;
+const RUN: usize = 4096;
+
+/// Triangles in runs, sorted into tiles, and their vertices on the screen.
+pub(super) struct Sorted<'a> {
+    triangles: &'a [[u32; 3]],
+    vertices: Vec<Projected>,
+    runs: Vec<Run>,
+}
+
+impl<'a> Sorted<'a> {
+    /// Projects the vertices and sorts the triangles into the tiles of a view.
+    pub(super) fn new(positions: &[Vec3], triangles: &'a [[u32; 3]], view: &View) -> Self {
+        let vertices = project(positions, view);
+        let runs = parallel::map(triangles.len().div_ceil(RUN), |run| {
+            Run::new(positions, triangles, &vertices, view, run * RUN)
+        });
+        Self { triangles, vertices, runs }
+    }
+
+    /// Calls `each` with the triangles that touch a tile: one's index in the mesh, and its corners on the screen.
+    #[inline(always)]
+    pub(super) fn touching(&self, tile: usize, mut each: impl FnMut(u32, [&Projected; 3])) {
+        for run in &self.runs {
+            run.touching(tile, self.triangles, &self.vertices, &mut each);
+        }
+    }
+}
 
 /// The triangles of a run that may cover something, for each tile those that touch it.
-pub(super) struct Run {
+struct Run {
     /// The index of the run's first triangle.
     first: u32,
     /// What clipping left of triangles: one's index in the mesh, and corners.
@@ -35,7 +62,7 @@ struct Touching {
 
 impl Run {
     /// Sorts the triangles of a run, from the `first` on, into the tiles of a view.
-    pub(super) fn new(
+    fn new(
         positions: &[Vec3],
         triangles: &[[u32; 3]],
         vertices: &[Projected],
@@ -63,9 +90,9 @@ impl Run {
         Self { first: first as u32, clipped, touched, begins }
     }
 
-    /// Calls `each` with the triangles that touch a tile: one's index in the mesh, and its corners on the screen.
+    /// [`Sorted::touching`] for the triangles of this run.
     #[inline(always)]
-    pub(super) fn touching(
+    fn touching(
         &self,
         tile: usize,
         triangles: &[[u32; 3]],
@@ -139,19 +166,6 @@ impl Touching {
             }
         }
     }
-}
-
-/// The first column or row of pixels whose centres are not below `low`, in 1/256 pixel: ⌈low − ½⌉ in pixels; the shift
-/// is a division that rounds down.
-#[inline(always)]
-pub(super) fn first_centre(low: i32) -> i32 {
-    low.wrapping_add(SUBPIXELS / 2 - 1) >> SUBPIXELS.trailing_zeros()
-}
-
-/// One past the last column or row of pixels whose centres are not above `high`: ⌊high − ½⌋ + 1 in pixels.
-#[inline(always)]
-pub(super) fn past_centre(high: i32) -> i32 {
-    high.wrapping_add(SUBPIXELS / 2) >> SUBPIXELS.trailing_zeros()
 }
 
 /// What clipping leaves of a triangle: the corners of a convex polygon, none where it need not be clipped.
