@@ -13,7 +13,7 @@ use glam::Vec3;
 
 /// The nearest triangle of every pixel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Visibility {
+pub struct VisibilityBuffer {
     /// `height × width` indices of triangles, the top row first; [`NONE`] where there is none.
     pub triangle: Vec<u32>,
     /// As many depths: 1 at the near plane, falling with distance, 0 where there is no triangle.
@@ -24,15 +24,15 @@ pub struct Visibility {
 ///
 /// # Panics
 /// Where a triangle's index is out of range, or the view is larger than [`super::MAX_SIZE`].
-pub fn visibility(positions: &[Vec3], triangles: &[[u32; 3]], view: &View) -> Visibility {
+pub fn visibility(positions: &[Vec3], triangles: &[[u32; 3]], view: &View) -> VisibilityBuffer {
     let tiles = tiles::<false>(positions, triangles, view);
-    Visibility {
+    VisibilityBuffer {
         triangle: image(&tiles, view, NONE, |row| &row.triangle),
         depth: image(&tiles, view, 0.0, |row| &row.depth),
     }
 }
 
-/// The depths of the two nearest surfaces in every pixel of `view`, each as in [`Visibility::depth`]. The second is the
+/// The depths of the two nearest surfaces in every pixel of `view`, each as in [`VisibilityBuffer::depth`]. The second is the
 /// greatest depth below the first, which depth peeling (Everitt 2001) finds by filling all triangles again.
 ///
 /// # Panics

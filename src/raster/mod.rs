@@ -18,9 +18,9 @@ mod surface;
 mod tile;
 mod view;
 
-pub use buffer::{Visibility, two_depths, visibility};
+pub use buffer::{VisibilityBuffer, two_depths, visibility};
 pub use shadow::ShadowView;
-pub use surface::{Points, surfaces};
+pub use surface::{SurfacePoints, surfaces};
 pub use tile::NONE;
 pub use view::{Axes, View};
 

@@ -33,7 +33,7 @@ use super::{Frame, Reading};
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
-use crate::raster::Points;
+use crate::raster::SurfacePoints;
 use std::f32::consts::FRAC_1_PI;
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -53,7 +53,7 @@ pub(super) fn measured(
     frame: &Frame,
     thickness: &Buffer,
     light: usize,
-    points: &Points,
+    points: &SurfacePoints,
 ) -> [[f32; BLOCK]; 2] {
     let mut measured = [[0.0; BLOCK]; 2];
     match frame.caster(light) {
@@ -70,7 +70,7 @@ pub(super) fn measured(
 
 wide! {
     /// How far the refracted ray has come from the box; an environment is received everywhere.
-    fn to_the_box(frame: &Frame, points: &Points, measured: &mut [[f32; BLOCK]; 2]) {
+    fn to_the_box(frame: &Frame, points: &SurfacePoints, measured: &mut [[f32; BLOCK]; 2]) {
         for lane in 0..BLOCK {
             let (point, normal) = (points.position(lane), points.normal(lane));
             measured[0][lane] = exit(&frame.bounds, point, frame.refracted(point, normal)).1;
@@ -89,7 +89,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
 wide! {
     fn attenuation(
         frame: &Frame,
-        points: &Points,
+        points: &SurfacePoints,
         measured: &[[f32; BLOCK]; 2],
         out: &mut [[f32; BLOCK]; 3],
     ) {

@@ -14,7 +14,7 @@ use crate::numeric::order::max;
 use crate::numeric::single::pow;
 use crate::numeric::vector::unit_or_zero;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
-use crate::raster::Points;
+use crate::raster::SurfacePoints;
 use crate::sphere::irradiance;
 use crate::world::medium::Medium;
 use glam::Vec3;
@@ -65,7 +65,7 @@ wide! {
         frame: &Frame,
         matrices: &[[[f32; 4]; 4]; 3],
         albedo: Vec3,
-        points: &Points,
+        points: &SurfacePoints,
         out: &mut [[f32; BLOCK]; 3],
     ) {
         let entering = frame.medium.transmittance(Medium::diffuse_cosine());
@@ -87,7 +87,7 @@ wide! {
         first: &[f32],
         albedo: Vec3,
         highlights: &[f32; BLOCK],
-        points: &Points,
+        points: &SurfacePoints,
         out: &mut [[f32; BLOCK]; 3],
     ) {
         let (shadow, light) = (&caster.shadow, frame.lights[caster.light].casting());

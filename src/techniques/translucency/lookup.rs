@@ -2,7 +2,7 @@
 
 use crate::numeric::lanes::BLOCK;
 use crate::numeric::order::{max, min};
-use crate::raster::{Points, ShadowView};
+use crate::raster::{ShadowView, SurfacePoints};
 use glam::Vec3;
 
 /// The four texels around each of several points, and their bilinear weights. Texels outside the map are those of its
@@ -14,7 +14,7 @@ pub(super) struct Footprints {
 
 impl Footprints {
     #[inline(always)]
-    pub(super) fn new(shadow: &ShadowView, points: &Points) -> Self {
+    pub(super) fn new(shadow: &ShadowView, points: &SurfacePoints) -> Self {
         let mut all = Self { texels: [[0; BLOCK]; 4], weights: [[0.0; BLOCK]; 4] };
         let size = shadow.view.width as i32;
         for lane in 0..BLOCK {

@@ -24,7 +24,7 @@ use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::vector::unit_or_zero;
 use crate::numeric::{order::max, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB};
-use crate::raster::Points;
+use crate::raster::SurfacePoints;
 use crate::sphere::irradiance;
 use glam::Vec3;
 
@@ -103,7 +103,7 @@ fn at_vertices(frame: &Frame, matrices: &[Matrices]) -> Vec<[f32; 3]> {
 
 wide! {
     /// The radiosity at points of the surface for the matrices of the one accumulation point.
-    fn radiosities(frame: &Frame, matrices: &Matrices, points: &Points, out: &mut [[f32; BLOCK]; 3]) {
+    fn radiosities(frame: &Frame, matrices: &Matrices, points: &SurfacePoints, out: &mut [[f32; BLOCK]; 3]) {
         for lane in 0..BLOCK {
             [out[0][lane], out[1][lane], out[2][lane]] =
                 radiosity(frame, matrices, points.position(lane), points.normal(lane));

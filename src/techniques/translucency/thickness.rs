@@ -17,7 +17,7 @@ use super::{Caster, Frame};
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass};
-use crate::raster::Points;
+use crate::raster::SurfacePoints;
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -44,7 +44,7 @@ wide! {
         caster: &Caster,
         first: &[f32],
         second: &[f32],
-        points: &Points,
+        points: &SurfacePoints,
         out: &mut [[f32; BLOCK]; 2],
     ) {
         let (shadow, light) = (&caster.shadow, frame.lights[caster.light].casting());
