@@ -92,7 +92,7 @@ fn terms(
             rest &= rest - 1;
             let [x, y, z] = directions.exact[direction];
             let cosine = normal[0] * x + normal[1] * y + normal[2] * z;
-            // The horizon was decided in `f32`: on it, the exact direction may lie below by a rounding.
+            // The horizon was decided in `f32`. A direction on it may lie below it by a rounding.
             let cosine = if cosine > 0.0 { cosine } else { 0.0 };
             terms.push((direction as u32, solid_angle * k(cosine)));
         }
@@ -137,8 +137,8 @@ pub(super) fn project<T: Clone + Default + Send>(
     results
 }
 
-/// Adds to `sums`, over the visible directions, the visible part of what the sum over the whole hemisphere (`sums` + `rest`)
-/// lacks.
+/// Adds to `sums`, which are over the visible directions, the visible part of what the sums over the whole
+/// hemisphere (`sums` + `rest`) lack.
 fn control(
     profile: &[f64],
     normal: [f64; 3],

@@ -25,7 +25,8 @@ use crate::world::mesh::Mesh;
 use glam::Vec3;
 use std::f64::consts::FRAC_1_PI;
 
-/// How far beyond the surface the way to the sky starts, in radii of the mesh's box: over the rounding of a hit's place.
+/// How far beyond the surface the way to the sky starts, in radii of the mesh's box: more than the rounding
+/// of a hit's place.
 const STEP: f32 = 1e-5;
 
 /// How a medium scatters once.
@@ -61,7 +62,7 @@ pub fn single_scattering(
     let step = STEP * mesh.bounds().radius();
     let way = Way::new(medium, scattering);
     let mut result = vec![0.0; exits.len() * functions * 3];
-    // Rays are dear and vertices differ: short runs.
+    // Short runs, since rays are costly and vertices differ.
     parallel::for_each_chunk(&mut result, RUN / 8 * functions * 3, |run, rows| {
         let mut y = vec![0.0; functions];
         for (index, row) in rows.chunks_exact_mut(functions * 3).enumerate() {
@@ -113,7 +114,7 @@ impl Way {
         Self { medium: *medium, scattering, extinction, anisotropy, rule }
     }
 
-    /// The cosine inside to one outside.
+    /// The cosine inside that belongs to one outside (Snell's law).
     fn refracted(&self, cosine: f64) -> f64 {
         let eta = f64::from(self.medium.eta);
         (1.0 - (1.0 - cosine * cosine) / (eta * eta)).sqrt()

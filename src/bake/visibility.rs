@@ -6,7 +6,7 @@ use crate::trace::bundle::{self, WORD};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 
-/// The hemisphere above every vertex, parted by what the ray from the vertex meets.
+/// The hemisphere above every vertex: which of its directions are visible, and which are blocked.
 ///
 /// Bit j of word w of a vertex stands for the direction 32 w + j. A vertex that no triangle uses has no bits at all.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,7 +65,8 @@ pub(super) fn used(mesh: &Mesh) -> Vec<bool> {
     used
 }
 
-/// What each vertex sees of `directions`: rays start in the vertex itself, which the triangles around it do not block.
+/// What each vertex sees of `directions`. Rays start in the vertex itself, and the triangles around it do not
+/// block them.
 pub fn visibility(mesh: &Mesh, directions: &Directions) -> Visibility {
     let words = directions.count().div_ceil(WORD);
     let used: Vec<usize> =

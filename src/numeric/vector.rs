@@ -1,4 +1,4 @@
-//! Lengths of vectors, where a loop over many must hold them: glam's square root is libm's, a call.
+//! Lengths of vectors for loops that become vector instructions: glam's square root is libm's, a call.
 
 use glam::Vec3;
 

@@ -27,12 +27,13 @@ pub(super) struct Batch {
     pub(super) large: Lanes<i32>,
     /// Twice the area in squared 1/256 pixels, below 0 where the corners run clockwise on the screen.
     pub(super) area: Lanes<f32>,
-    /// Of each edge (0 to 1, 1 to 2, 2 to 0) the function at the centre of the part's first pixel, and its change from
-    /// one pixel to the next along x and y: ≥ 0 inside. Without meaning in a large triangle.
+    /// The function of each edge (0 to 1, 1 to 2, 2 to 0), which is ≥ 0 inside: its value at the centre of
+    /// the part's first pixel, and its change from one pixel to the next along x and y. Without meaning in a
+    /// large triangle.
     pub(super) start: [Lanes<i32>; 3],
     pub(super) across: [Lanes<i32>; 3],
     pub(super) down: [Lanes<i32>; 3],
-    /// Change of depth along x and y a 1/256 pixel.
+    /// Change of depth along x and y, for each 1/256 pixel.
     pub(super) along: [Lanes<f32>; 2],
     /// The least and the greatest depth at a corner.
     pub(super) low: Lanes<f32>,
@@ -40,7 +41,7 @@ pub(super) struct Batch {
 }
 
 wide! {
-    /// Computes all else of a batch from its corners.
+    /// Computes the rest of a batch from its corners.
     pub(super) fn set_up(batch: &mut Batch, tile: &Tile) {
         batch.boxes(tile);
         batch.edges();
@@ -150,8 +151,9 @@ impl Batch {
         }
     }
 
-    /// The depth at the centre of a pixel, in 1/256 pixel, from the triangle's plane, summed from left to right. On a
-    /// sliver the slopes are steep and rounding would leave the triangle: the depth is held to that of its corners.
+    /// The depth at the centre (`x`, `y`) of a pixel, in 1/256 pixel, from the triangle's plane, summed from
+    /// left to right. On a sliver the slopes are steep and rounding would leave the triangle. So the depth is
+    /// clamped to the range of the corners' depths.
     #[inline(always)]
     pub(super) fn depth(&self, lane: usize, x: i32, y: i32) -> f32 {
         let [x, y] = [(x - self.x[0][lane]) as f32, (y - self.y[0][lane]) as f32];

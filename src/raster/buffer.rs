@@ -1,8 +1,8 @@
 //! The visibility buffer: the nearest triangle of every pixel, and its depth; or the depths of the two nearest.
 //!
-//! Triangles are sorted, in runs of a constant length, into the tiles that they touch, and each tile is filled by one
-//! thread. A pixel keeps the largest (reversed) depth, ties going to the lowest triangle, so the order of filling
-//! cannot show.
+//! Triangles are sorted into the tiles that they touch, a *run* of a constant number of triangles at a time,
+//! and each tile is filled by one thread. A pixel keeps the largest (reversed) depth, ties going to the
+//! lowest triangle, so the order of filling changes nothing.
 
 use super::View;
 use super::setup::Sorted;
@@ -53,7 +53,7 @@ fn tiles<const TWO: bool>(positions: &[Vec3], triangles: &[[u32; 3]], view: &Vie
     })
 }
 
-/// The image that tiles make.
+/// The image that the tiles make up.
 fn image<T: Copy + Send + Sync>(
     tiles: &[Tile],
     view: &View,
@@ -68,7 +68,8 @@ fn image<T: Copy + Send + Sync>(
     })
 }
 
-/// Fills what triangles cover of a tile, whose number is `number`.
+/// Fills what triangles cover of the tile with this number: `fill::fill`, or its twin, the same function with
+/// wider instructions.
 fn fill<const TWO: bool>(tile: &mut Tile, sorted: &Sorted<'_>, number: usize) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {

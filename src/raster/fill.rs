@@ -6,13 +6,13 @@ use super::tile::{Tile, centre};
 use crate::numeric::lanes::BLOCK;
 use crate::numeric::order::{max, min};
 
-/// Fills what triangles cover of a tile, whose number is `number`.
+/// Fills what triangles cover of the tile with this number.
 pub(super) fn fill<const TWO: bool>(tile: &mut Tile, sorted: &Sorted<'_>, number: usize) {
     batches(tile, sorted, number, small::<TWO>, large::<TWO>);
 }
 
-/// Sets triangles up, a batch at a time, and fills each: a lane of the batch with `small` where its edge functions fit
-/// in 32 bits, with `large` where they do not.
+/// Sets triangles up, a batch at a time, and fills each: with `small` where its edge functions fit in 32
+/// bits, with `large` where they do not.
 #[inline(always)]
 pub(super) fn batches(
     tile: &mut Tile,
@@ -81,7 +81,7 @@ pub(super) fn large<const TWO: bool>(tile: &mut Tile, batch: &Batch, lane: usize
     }
 }
 
-/// A triangle covers the centre of a pixel.
+/// Draws a pixel whose centre the triangle covers.
 #[inline(always)]
 pub(super) fn touch<const TWO: bool>(tile: &mut Tile, batch: &Batch, lane: usize, x: usize, y: usize) {
     let (row, at) = (&mut tile.rows[y - tile.top], x - tile.left);

@@ -17,9 +17,9 @@ pub(super) struct Rectangle {
 /// The rectangle of least area around `points`, of equal ones the first along the hull; `None` for fewer than two
 /// different points.
 ///
-/// One side of it lies on an edge of the convex hull (Freeman and Shapira 1975), so the directions of the hull's
-/// edges are tried one by one. Rounding decides between nearly equal ones, the same everywhere: nothing but
-/// `+ − × ÷ √` and comparisons.
+/// One side of it lies on an edge of the convex hull (Freeman and Shapira 1975), so the directions of the
+/// hull's edges are tried one by one. Rounding decides between nearly equal ones, but alike on every
+/// processor, since there is nothing but `+ − × ÷ √` and comparisons.
 pub(super) fn tightest(points: Vec<[f64; 2]>) -> Option<Rectangle> {
     let hull = hull(points);
     let mut best: Option<(f64, Rectangle)> = None;

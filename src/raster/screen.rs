@@ -1,4 +1,5 @@
-//! Vertices on the screen: projected, snapped to 1/256 pixel, and what of the image they lie beyond.
+//! Vertices on the screen: projected, snapped to 1/256 pixel, with a code of the sides of the image that they
+//! lie beyond.
 
 use super::{SUBPIXELS, View};
 use crate::numeric::lanes::{BLOCK, WHOLE, wide};

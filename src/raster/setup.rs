@@ -9,7 +9,7 @@ use crate::numeric::order::{max, min};
 use crate::numeric::parallel;
 use glam::Vec3;
 
-/// Triangles that are set up together.
+/// Triangles of a run.
 const RUN: usize = 4096;
 
 /// Triangles in runs, sorted into tiles, and their vertices on the screen.
@@ -38,19 +38,22 @@ impl<'a> Sorted<'a> {
     }
 }
 
-/// The triangles of a run that may cover something, for each tile those that touch it.
+/// The triangles of a run that may cover something, sorted by the tiles that they touch.
 struct Run {
     /// The index of the run's first triangle.
     first: u32,
-    /// What clipping left of triangles: one's index in the mesh, and corners.
+    /// What clipping left of triangles: corners, and the index in the mesh of the triangle that they come
+    /// from.
     clipped: Vec<(u32, [Projected; 3])>,
-    /// Those of one tile after those of another: places in the run, or from [`RUN`] on in `clipped`.
+    /// The triangles of each tile, one tile after the other. A number below [`RUN`] is a place in the run,
+    /// one from [`RUN`] on a place in `clipped`.
     touched: Vec<u32>,
     /// Where each tile's part of `touched` begins, and where the last ends.
     begins: Vec<u32>,
 }
 
-/// A triangle, as in [`Run::touched`], and the tiles that its box touches, in columns and rows: the first and the last.
+/// A triangle, as in [`Run::touched`], and the first and last columns and rows of the tiles that its box
+/// touches.
 #[derive(Clone, Copy, Default)]
 struct Touching {
     triangle: u32,
@@ -113,8 +116,9 @@ impl Run {
 }
 
 wide! {
-    /// Finds the triangles of a run whose boxes hold the centre of a pixel: how many, and whether some must be clipped,
-    /// which are left out. Which they are changes from one to the next too often to be guessed, so none is a branch.
+    /// Finds the triangles of a run whose boxes hold the centre of a pixel. Returns how many there are, and
+    /// whether others must be clipped, which are left out. The loop has no branch, since no processor could
+    /// predict which triangles these are.
     fn touching(
         triangles: &[[u32; 3]],
         vertices: &[Projected],
@@ -135,10 +139,11 @@ wide! {
 }
 
 impl Touching {
-    /// And whether a pixel's centre lies in the box and in the image: else it touches nothing.
+    /// The tiles that a triangle's box touches, and whether a pixel's centre lies in the box and in the
+    /// image. If none does, the triangle touches nothing.
     #[inline(always)]
     fn new(triangle: u32, [a, b, c]: &[Projected; 3], view: &View) -> (Self, bool) {
-        // All four numbers of a vertex at once, though two have no pixels: they are one vector.
+        // All four numbers of a vertex, since they are one vector; only x and y become pixels.
         let (mut first, mut last) = ([0; 4], [0; 4]);
         for i in 0..4 {
             first[i] = first_centre(min(min(a[i], b[i]), c[i]));
@@ -168,7 +173,7 @@ impl Touching {
     }
 }
 
-/// What clipping leaves of a triangle: the corners of a convex polygon, none where it need not be clipped.
+/// What clipping leaves of a triangle: the corners of a convex polygon. None where it need not be clipped.
 #[inline(never)]
 fn clip_one(triangle: &[u32; 3], positions: &[Vec3], vertices: &[Projected], view: &View) -> Vec<Projected> {
     let [a, b, c] = triangle.map(|corner| vertices[corner as usize][3]);
@@ -183,8 +188,8 @@ fn clip_one(triangle: &[u32; 3], positions: &[Vec3], vertices: &[Projected], vie
     polygon.into_iter().map(snapped).collect()
 }
 
-/// Sorts triangles by the tiles that they touch, by counting: the triangles of one tile after those of another, and
-/// where each tile's begin.
+/// Sorts triangles by the tiles that they touch (a counting sort). Returns the triangles of each tile, one
+/// tile after the other, and where each tile's begin.
 fn sorted(found: &[Touching], view: &View) -> (Vec<u32>, Vec<u32>) {
     let columns = view.width.div_ceil(TILE);
     let tiles = columns * view.height.div_ceil(TILE);

@@ -29,8 +29,8 @@ pub struct ShadowView {
     origin: Vec3,
     /// Right, up and ahead of a map that just holds the box.
     axes: Axes,
-    /// The middle of the map from where the axis ahead of the origin meets it, measured as half extents are, along
-    /// the map's own sides.
+    /// How far the middle of the map is from where the axis ahead of the origin meets it, measured as `half`
+    /// is, along the map's own sides.
     pub(crate) middle: [f32; 2],
     /// Half the extent of the map at distance 1 (point) or at any distance (direction).
     pub(crate) half: [f32; 2],

@@ -6,7 +6,7 @@ use crate::numeric::vector::unit_or_zero;
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 
-/// Points of a surface that pixels see, side by side: the arrays' lanes from `count` on hold leftovers.
+/// Points of a surface that pixels see, one in each lane. The lanes from `count` on have leftovers.
 #[derive(Debug, Clone)]
 pub struct SurfacePoints {
     /// How many there are.

@@ -12,7 +12,8 @@ pub(super) const TILE: usize = 64;
 /// Pixels of a row that may be filled together.
 pub(super) const LANES: usize = 8;
 
-/// Pixels from row to row of a tile's buffers: what is filled together may reach beyond its last column.
+/// Pixels from row to row of a tile's buffers. Pixels that are filled together may reach beyond the tile's
+/// last column.
 pub(super) const PITCH: usize = TILE + LANES;
 
 /// A part of the image that one thread fills.
@@ -24,7 +25,7 @@ pub(super) struct Tile {
     pub(super) rows: Vec<Row>,
 }
 
-/// What is known of a row of pixels.
+/// The nearest triangle of each pixel of a row, and the depths.
 #[derive(Clone)]
 pub(super) struct Row {
     pub(super) triangle: [u32; PITCH],
@@ -47,8 +48,8 @@ pub(super) fn centre(pixel: usize) -> i32 {
     pixel as i32 * SUBPIXELS + SUBPIXELS / 2
 }
 
-/// The first column or row of pixels whose centres are not below `low`, in 1/256 pixel: ⌈low − ½⌉ in pixels; the shift
-/// is a division that rounds down.
+/// The first column or row of pixels whose centres are not below `low`, in 1/256 pixel: ⌈low − ½⌉ in pixels.
+/// The shift is a division that rounds down.
 #[inline(always)]
 pub(super) fn first_centre(low: i32) -> i32 {
     low.wrapping_add(SUBPIXELS / 2 - 1) >> SUBPIXELS.trailing_zeros()

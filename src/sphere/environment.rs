@@ -144,9 +144,9 @@ impl LatLong {
     /// with radiance where the paper says irradiance.
     ///
     /// Each texel counts as its radiance times its exact solid angle times Y_lm at its *centre*, where the
-    /// map as piecewise constant would take Y_lm's mean over the texel. The difference is of second order:
-    /// measured on the Grace probe (256 × 128, a hard case for its small bright lights) it is below l(l + 1)
-    /// Δ² / 8 of c_00 in band l, Δ = π / height, that is 1e-4 of band 1 and 1e-3 of band 5.
+    /// map as piecewise constant would take Y_lm's mean over the texel. The difference is of second order.
+    /// Measured on the Grace probe (256 × 128, a hard case for its small bright lights), it is below l(l + 1)
+    /// Δ² / 8 of c_00 in band l, with Δ = π / height: 1e-4 of band 1 and 1e-3 of band 5.
     ///
     /// Sums are in `f64`: a task's eight rows from left to right, then the tasks in [`sum::sum`]'s order.
     ///
@@ -270,8 +270,8 @@ fn check_size(width: usize, height: usize) -> Result<(), Error> {
 ///
 /// `image`'s decoder multiplies the length of each consecutive marker (1, 1, 1, n) by 256 once more, and
 /// overflows at the eighth: a panic in builds that check. It fetches texels of the old encoding, and no other
-/// data of consequence, in reads of four bytes without another read between them; two markers span 65,535
-/// texels, more than any row here, so a third is refused.
+/// data of consequence, in reads of four bytes without another read between them. Two markers span 65,535
+/// texels, more than any row here has, so the guard refuses a third.
 struct RunGuard<'a> {
     bytes: &'a [u8],
     runs: usize,

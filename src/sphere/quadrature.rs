@@ -139,7 +139,8 @@ mod tests {
         for d in &directions {
             assert!((d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-15);
         }
-        // z-only polynomials see the midpoint rule, whose error is known: mean z² = 1/3 − 1/(3 N²).
+        // For polynomials in z alone this is the midpoint rule, whose error is known: mean z² = 1/3 − 1/(3
+        // N²).
         assert!((mean(&|d| d[2] * d[2]) - 1.0 / 3.0 + 1.0 / (3.0 * 4096.0 * 4096.0)).abs() < 1e-14);
         for axis in 0..3 {
             assert!(mean(&|d| d[axis]).abs() < 2e-5, "axis {axis}");

@@ -1,9 +1,16 @@
-//! Bundles of parallel rays: what each of many points sees of a set of directions, and what is met along the others.
+//! Bundles of parallel rays: which of a set of directions each of many points sees, and what its rays meet
+//! along the others.
 //!
-//! Rays of one direction share the shear of [`super::triangle`], so asking which of them are blocked is rasterising the
-//! sheared triangles against the sheared points in place of pixels: `cells.rs` sorts the points into the cells of a grid,
-//! `hold.rs` holds each triangle against the points in the cells of its box. The bits are those of single rays. The nearest
-//! hit is among the few triangles that may block a point, each of which the test of single rays then decides.
+//! Rays of one direction share the shear of [`super::triangle`]. To ask which of them are blocked is then to
+//! rasterise the sheared triangles onto the sheared points, in place of pixels. The bits are those of single
+//! rays. The nearest hit is among the few triangles that may block a point, and the test of single rays
+//! decides each of these.
+//!
+//! - `morton.rs` puts mesh and points in order. A *place* is the index of a position in that order.
+//! - `cells.rs` sorts the points into the cells of a grid. A *front* is the least depth of the points in some
+//!   neighbouring cells.
+//! - `hold.rs` *holds* each triangle against the points in the cells of its box: it tests which of them the
+//!   triangle blocks. `hold_avx2.rs` and `hold_avx512.rs` have the twins.
 
 use super::cells::{Cells, Grid};
 use super::hold;
@@ -21,7 +28,7 @@ use glam::Vec3;
 /// Directions whose bits share a word.
 pub const WORD: usize = 32;
 
-/// Directions that one task takes one after the other, keeping its memory.
+/// Directions that one task takes one after the other, reusing its buffers.
 const RUN: usize = 4;
 
 /// Which of `directions` each of `points` sees: bit j of word w of point p, `[points][⌈directions / 32⌉]`, is set where
@@ -54,9 +61,9 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
     bits
 }
 
-/// Where the rays from `points` along `directions` first meet the mesh ([`super::Bvh::nearest`]), of the rays whose bits are
-/// set in `wanted`, `[points][⌈directions / 32⌉]`: for each point its set bits ascending. Before them, where each point's
-/// begin.
+/// Where the rays from `points` along `directions` first meet the mesh ([`super::Bvh::nearest`]), of the rays
+/// whose bits are set in `wanted`, `[points][⌈directions / 32⌉]`. The second list has the hits, point by
+/// point, each point's bits ascending. The first list says where each point's hits begin.
 ///
 /// # Panics
 /// Where `wanted` has another length.
@@ -124,8 +131,8 @@ impl Bundle {
         }
     }
 
-    /// Finds, for each point of `cells.looking`, by its index among those that were given, what it meets along the
-    /// direction; `collect` finds the triangles that it may meet.
+    /// Finds what each point of `cells.looking` meets along the direction, and appends it to `found` with the
+    /// point's index among those that were given. `collect` finds the triangles that a point may meet.
     fn meet(
         &self,
         direction: Vec3,
@@ -160,7 +167,8 @@ impl Bundle {
         found.extend(met);
     }
 
-    /// Shears everything, sorts the points of `cells.looking` into cells and holds the triangles against them.
+    /// Shears everything, sorts the points of `cells.looking` into cells, and has `by` hold the triangles
+    /// against them.
     fn hold(&self, direction: Vec3, cells: &mut Cells, by: impl Fn(&Self, &Grid, Vec3, &mut Cells)) {
         let frame = Sheared::new(direction, self);
         let ends = shear(&frame, &self.places, &mut cells.sheared);
@@ -170,7 +178,8 @@ impl Bundle {
     }
 }
 
-/// Marks the points that the triangles block, or with `COLLECT` finds the triangles that may.
+/// Marks the points that triangles block, or with `COLLECT` finds the triangles that may block them:
+/// [`hold::walk`], or the widest twin that the processor has.
 fn block<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     #[cfg(target_arch = "x86_64")]
     #[expect(
@@ -212,7 +221,7 @@ impl Sheared {
 }
 
 wide! {
-    /// Shears all places; returns the ends of x and y.
+    /// Shears all positions; returns the least and the greatest x and y.
     fn shear(frame: &Sheared, places: &[Vec<f32>; 3], out: &mut Vec<[f32; 4]>) -> [[f32; 2]; 2] {
         out.resize(places[0].len(), [0.0; 4]);
         let mut block = [[0.0; BLOCK]; 3];
@@ -252,7 +261,7 @@ wide! {
                 let cosine = x[lane] * direction.x + y[lane] * direction.y + z[lane] * direction.z;
                 above[lane] = u8::from(cosine > 0.0);
             }
-            // Every point is written, and the next one over it unless it counts.
+            // Every point is written; the next one overwrites it unless it counts.
             for lane in 0..length {
                 looking[found] = (first + lane) as u32;
                 found += usize::from(above[lane]);
@@ -283,8 +292,8 @@ mod tests {
         seen
     }
 
-    /// A knot, and before and behind it fans of triangles that are wider and higher than any block of cells, and whose own
-    /// corners look away from it.
+    /// A knot between two fans of triangles. The triangles are wider and higher than any block of cells, and
+    /// their own corners look away from the knot.
     fn screened() -> Mesh {
         let knot = shapes::torus_knot(2, 3, 0.35, 96, 12).unwrap();
         let (mut positions, mut triangles) = (knot.positions, knot.triangles);
@@ -315,7 +324,8 @@ mod tests {
         let mut turned = knot.normals.clone();
         turned.iter_mut().skip(96 * 12).for_each(|normal| *normal = -*normal);
         let cuboid = shapes::cuboid(Vec3::new(1.0, 1.1, 0.9), 6).unwrap();
-        // Few points, far from each other, among small triangles: a block of cells that is left out by mistake shows.
+        // Few points, far from each other, among small triangles: here it shows if a block of cells is left
+        // out by mistake.
         let place = |number: u64| Vec3::from_array([0, 1, 2].map(|axis| unit(1, number, axis, 0)));
         let corners = (0..2400).map(|i| place(i / 3) + place(i + 5000) * 0.14).collect();
         let soup =

@@ -1,8 +1,9 @@
 //! A tree of boxes, eight to a node, over blocks of a mesh's triangles.
 //!
-//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`collapse`] makes nodes and
-//! blocks of it. A block has the corners of its triangles and not their boxes: a walk finds those in lanes, and what it
-//! reads together lies together. The walk is ours ([`super::walk`]): obvhs's is not conservative.
+//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`collapse`] makes
+//! nodes and blocks of it. A block has the corners of its triangles and not their boxes: a walk computes the
+//! boxes in lanes, and what it reads together lies together in memory. The walk is our own ([`super::walk`]),
+//! since obvhs's is not conservative.
 
 use super::build::{balanced, collapse, levels};
 use super::node::{LEVELS, Parts, WIDTH};
@@ -64,7 +65,7 @@ impl Bvh {
         bvh
     }
 
-    /// Takes the corners of `mesh`, another pose with the same triangles, and keeps the tree with boxes that fit.
+    /// Takes the corners of `mesh`, another pose of the same triangles, and refits the boxes; the tree stays.
     /// Hits are those of a new tree; a pose far from the first makes them slower to find.
     ///
     /// # Panics

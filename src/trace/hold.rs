@@ -1,8 +1,10 @@
-//! Triangles held against the points in the cells of their boxes, several points at a time, in `f32`.
+//! Holding triangles against points: which points in the cells of its box a triangle blocks, several points
+//! at a time, in `f32`.
 //!
-//! Sheared coordinates, scaled to ±2, are rounded once from `f64`, so the three edge functions are off by at most [`SLACK`]
-//! times the triangle's width: a point beyond that on the inner side of all three and in front of the triangle is blocked,
-//! one beyond it on the outer side of any is not, and for the few between [`hit`] decides.
+//! Sheared coordinates are scaled to ±2 and rounded once from `f64`. So the three edge functions are off by
+//! at most [`SLACK`] times the triangle's width. A point that is inside all three edges by more than that,
+//! and in front of the triangle, is blocked. A point that is outside an edge by more than that is not. For
+//! the few in between [`hit`] decides.
 
 use super::Ray;
 use super::cells::{Cells, Grid, Lanes};
@@ -11,15 +13,18 @@ use super::triangle::hit;
 use crate::numeric::order::{max, min};
 use glam::Vec3;
 
-/// How far an edge function may be off, as a part of the triangle's width plus a cell's, coordinates being within ±2.
+/// How far an edge function may be off, as a fraction of the triangle's width plus a cell's, for coordinates
+/// within ±2.
 ///
-/// Rounding moves a coordinate by up to 2⁻²³ and a difference of two by δ = 2⁻²¹ with its own rounding. A product of two
-/// differences, neither longer than the widths' sum D, is then off by 2 δ D + 2⁻²⁴ D², an edge function, which is the
-/// difference of two, by under 5 δ D, and the third, which is the area less the two others, by under 20 δ D.
+/// Rounding moves a coordinate by up to 2⁻²³ and a difference of two by δ = 2⁻²¹ with its own rounding. A
+/// product of two differences, neither longer than the widths' sum D, is then off by 2 δ D + 2⁻²⁴ D². An edge
+/// function, the difference of two products, is off by under 5 δ D. The third one, the area less the two
+/// others, is off by under 20 δ D.
 ///
-/// A point from other cells, at a distance R from the first corner of a triangle of width S, has functions off by up to
-/// 4 δ R + 2 δ S. It is not taken for one inside: all three beyond the slack make the area, their sum, more than 96 δ S,
-/// so R, that of a mean of corners with the functions as weights, is under 1.3 S, and they are off by under 8 δ S.
+/// A point from other cells, at a distance R from the first corner of a triangle of width S, has functions
+/// off by up to 4 δ R + 2 δ S. It is never taken for one inside. If all three functions exceed the slack,
+/// their sum, the area, exceeds 96 δ S. The point is then near the mean of the corners with the functions as
+/// weights: R is under 1.3 S, and the functions are off by under 8 δ S, which is less than the slack.
 pub(super) const SLACK: f32 = 32.0 / 2_097_152.0;
 
 /// How far a depth may be off: a coordinate's rounding, with room.
@@ -54,7 +59,8 @@ pub(super) fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction:
             ahead: low[2] - DEPTH_SLACK,
             corners: triangle,
         };
-        // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
+        // The cells of row r have the points of rows r and r + 1. They start at (r + 1) · columns, since row
+        // −1 comes first.
         let mut row = rows[0] + 1;
         loop {
             let mut at = starts[row * columns + span[0]] as usize;
@@ -79,7 +85,7 @@ pub(super) fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction:
     }
 }
 
-/// A triangle as points are held against it.
+/// A triangle, as it is held against points.
 struct Test {
     /// The first corner.
     a: [f32; 2],
@@ -90,16 +96,16 @@ struct Test {
     area: f32,
     /// How far the edge functions may be off.
     slack: f32,
-    /// Beyond this depth no point is blocked,
+    /// No point beyond this depth is blocked.
     behind: f32,
-    /// and before this one every point inside is.
+    /// Every point inside and before this depth is blocked.
     ahead: f32,
     corners: [u32; 3],
 }
 
 impl Test {
-    /// Marks those of `count` points from `at` on, of [`LANES`] at most, that are blocked for certain; a bit for each that
-    /// may be. With `COLLECT` none is certain.
+    /// Takes `count` points from `at` on, [`LANES`] at most. Marks those that are certainly blocked, and
+    /// returns a bit for each other one that may be. With `COLLECT` none is certain.
     #[inline(always)]
     fn some<const COLLECT: bool>(&self, lanes: &mut Lanes, at: usize, count: usize) -> u32 {
         let x: &[f32; LANES] = lanes.x[at..][..LANES].try_into().expect("as many");
@@ -120,7 +126,7 @@ impl Test {
             let may = counts & (least >= -self.slack);
             let must = counts & !COLLECT & (least > self.slack) & (z[lane] < self.ahead);
             doubtful[lane] = u32::from(may & !must);
-            // All ones are not a number, which no later comparison counts.
+            // All ones are not a number: every later comparison with it is false.
             z[lane] = f32::from_bits(z[lane].to_bits() | if must { u32::MAX } else { 0 });
         }
         (0..LANES).fold(0, |bits, lane| bits | doubtful[lane] << lane)
@@ -136,7 +142,8 @@ pub(super) fn collect(pairs: &mut Vec<[u32; 2]>, place: &[u32], triangle: u32, m
     }
 }
 
-/// Traces the rays of the points that the quick test leaves open, a bit each in `doubtful`: marks those that are blocked.
+/// Traces the rays of the points that the quick test leaves open, a bit each in `doubtful`, and marks those
+/// that are blocked.
 #[cold]
 #[inline(never)]
 pub(super) fn decide(

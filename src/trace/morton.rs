@@ -1,21 +1,24 @@
-//! A mesh and points in the order of their Morton codes.
+//! The mesh and the points of a bundle, in the order of their Morton codes.
 
 use crate::numeric::order::{clamp, max, max3, min3};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 
-/// The most triangles that are set up together, and points that one is held against at a time.
+/// The most triangles that are set up together, and the most points that one is held against at a time.
 pub(super) const LANES: usize = 16;
 
 /// A mesh and points, in an order in which neighbours in space are neighbours in memory.
 pub(super) struct Bundle {
-    /// The mesh's vertices, then those points that are none; one list a coordinate.
+    /// Positions: the mesh's vertices, then those points that are no vertices; one list a coordinate. An
+    /// index into it is a *place*.
     pub(super) places: [Vec<f32>; 3],
-    /// The three vertices of sixteen triangles, one list a corner; the last triangle stands for those that are missing.
+    /// The places of the corners of sixteen triangles, one list a corner. The last triangle is repeated to
+    /// fill the last sixteen.
     pub(super) triangles: Vec<[[u32; LANES]; 3]>,
-    /// Of each of these its index in the mesh.
+    /// The index of each of these triangles in the mesh.
     pub(super) indices: Vec<u32>,
-    /// Of each point its place, its normal, and its index among the points that were given.
+    /// Of each point its place, its normal (one list a coordinate), and its index among the points that were
+    /// given.
     pub(super) points: Vec<u32>,
     pub(super) normals: [Vec<f32>; 3],
     pub(super) order: Vec<u32>,
@@ -24,7 +27,8 @@ pub(super) struct Bundle {
     pub(super) half: Vec3,
 }
 
-/// The three lowest ten-bit coordinates of a point in the box, their bits interleaved (Morton 1966).
+/// The Morton code of a point (Morton 1966): its coordinates from the corner `low`, ten bits each, with their
+/// bits interleaved.
 fn morton(point: Vec3, low: Vec3, scale: f32) -> u32 {
     let spread = |value: f32| {
         let mut bits = clamp(value * scale, 0.0, 1023.0) as u32;
@@ -38,7 +42,7 @@ fn morton(point: Vec3, low: Vec3, scale: f32) -> u32 {
 }
 
 impl Bundle {
-    /// `normals` are one a point, or none where nothing asks which points look along a direction.
+    /// `normals` has one normal a point, or none where only hits are asked for.
     pub(super) fn new(mesh: &Mesh, points: &[Vec3], normals: &[Vec3]) -> Self {
         let all = || mesh.positions.iter().chain(points);
         let first = mesh.positions[0];

@@ -15,20 +15,21 @@ pub(super) const BLOCK_VERTICES: usize = 8;
 /// The most levels of nodes of a tree.
 pub(super) const LEVELS: usize = 64;
 
-/// Of a node's two words, the bits that count children: the others are the index of the first.
+/// The bits of a node's two words that count children; the other bits are the index of the first.
 const COUNT: u32 = 15;
 
-/// Boxes and what is in them: first nodes, then blocks.
+/// Up to eight boxes and what is in them, the children: first nodes, then blocks. A child's *place* is its
+/// number among them.
 #[derive(Debug, Clone)]
 #[repr(C, align(16))]
 pub(super) struct Node {
-    /// For each axis the children's low and high planes, in steps from the origin: rounded so that the planes as
-    /// [`Self::plane`] gives them enclose.
+    /// For each axis the low and high planes of the children's boxes, in steps from the origin. They are
+    /// rounded so that the planes that [`Self::plane`] computes enclose the children.
     pub(super) steps: [[[u8; WIDTH]; 2]; 3],
     pub(super) origin: [f32; 3],
     /// The length of a step.
     pub(super) step: [f32; 3],
-    /// The first child that is a node and the first that is a block, and how many there are of each.
+    /// For nodes and for blocks, the index of the first child times ([`COUNT`] + 1), plus how many there are.
     first: [u32; 2],
 }
 
@@ -71,7 +72,7 @@ impl Node {
         self.node(0)..self.node(self.inner())
     }
 
-    /// A plane of an axis.
+    /// The plane of an axis that is so many steps from the origin.
     #[inline(always)]
     pub(super) fn plane(&self, axis: usize, steps: u8) -> f32 {
         self.origin[axis] + f32::from(steps) * self.step[axis]
@@ -83,7 +84,7 @@ impl Node {
         self.origin = hull.0.to_array();
         for axis in 0..3 {
             let (low, high) = (hull.0[axis], hull.1[axis]);
-            // Differences may be more than any f32.
+            // In `f64`, since a difference may exceed the range of `f32`.
             let above = |end: f32| f64::from(end) - f64::from(low);
             self.step[axis] = (above(high) / 255.0) as f32;
             while self.plane(axis, 255) < high {
@@ -111,8 +112,8 @@ impl Node {
 pub(super) struct Block {
     /// For each axis the vertices' coordinates.
     pub(super) vertices: [[f32; BLOCK_VERTICES]; 3],
-    /// The numbers of the triangles' vertices, three bits each: of all first corners, then of all second ones, then of
-    /// all third ones; the highest four bits are how many triangles there are.
+    /// Which of `vertices` each corner is, three bits each: all first corners, then all second ones, then all
+    /// third ones. The highest four bits are how many triangles there are.
     pub(super) corners: u64,
     /// The triangles; 0 where there are fewer.
     pub(super) triangles: [u32; BLOCK_TRIANGLES],
@@ -145,7 +146,7 @@ impl Block {
         (self.corners >> 60) as usize
     }
 
-    /// The number of a triangle's vertex.
+    /// Which of the block's vertices a triangle's corner is.
     #[inline(always)]
     fn vertex(&self, corner: usize, place: usize) -> usize {
         (self.corners >> (3 * (corner * BLOCK_TRIANGLES + place))) as usize % BLOCK_VERTICES
@@ -161,7 +162,8 @@ impl Block {
         [corner(0), corner(1), corner(2)]
     }
 
-    /// Takes the coordinates from the corners of all triangles and returns the box around its own.
+    /// Copies the coordinates from the corners of all triangles of the mesh, and returns the box around the
+    /// block's own.
     ///
     /// # Panics
     /// Where triangles no longer share the vertices that they shared.
@@ -189,7 +191,7 @@ fn hull(boxes: &[(Vec3, Vec3)]) -> (Vec3, Vec3) {
     boxes[1..].iter().fold(boxes[0], |hull, ends| (min3(hull.0, ends.0), max3(hull.1, ends.1)))
 }
 
-/// Nodes, each before those below it, the first of all the root; and the blocks.
+/// A tree: its nodes, each before those below it and the root first, and its blocks.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Parts {
     pub(super) nodes: Vec<Node>,
@@ -197,7 +199,8 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// Gives a node its children: new nodes, the index of whose first this returns, and these blocks.
+    /// Gives a node its children: so many new nodes, and these blocks. Returns the index of the first new
+    /// node.
     pub(super) fn give(&mut self, to: usize, nodes: usize, blocks: impl Iterator<Item = Block>) -> usize {
         let first = [self.nodes.len(), self.blocks.len()];
         self.nodes.resize(first[0] + nodes, Node::EMPTY);
@@ -212,7 +215,7 @@ mod tests {
     use super::*;
     use crate::numeric::random::unit;
 
-    /// At any scale, also where a step is less than the coordinates can show or the hull is a plane or a point.
+    /// At any scale, also where `f32` cannot resolve a step, and where the hull is a plane or a point.
     #[test]
     fn planes_in_steps_enclose_what_they_are_made_for_closely() {
         let number = |at: u64, which: u64| unit(3, at, 0, which) * 2.0 - 1.0;
@@ -240,7 +243,7 @@ mod tests {
                     if (high[axis] - low[axis]).is_infinite() {
                         continue;
                     }
-                    // Where a step is less than the planes can show, the nearest that they can.
+                    // Where `f32` cannot resolve a step, the nearest plane that it can.
                     let most = 2.0 * step + apart(low[axis], low[axis].next_up());
                     let most = most + apart(high[axis], high[axis].next_down());
                     assert!(apart(node.plane(axis, first), ends.0[axis]) <= most, "{boxes:?}");

@@ -1,15 +1,15 @@
-//! A ray's way through a tree.
+//! A ray's walk through a tree.
 //!
-//! A node's children that a ray enters stay together, as one entry of the stack; each time the nearest of the last entry
-//! is taken out. So the way through a node has no loop over its children and no sorting, whose branches no processor
-//! foretells.
+//! The children of a node that a ray enters stay together as one entry of the stack. The nearest child of the
+//! top entry is visited next. So a node needs neither a loop over its children nor a sort, whose branches no
+//! processor predicts.
 
 use super::node::{Block, LEVELS, Node, Parts, WIDTH};
 use super::triangle::{Shear, Slabs};
 use super::{Hit, Ray};
 use std::mem::MaybeUninit;
 
-/// What tests and triangles need of a ray.
+/// What the tests of boxes and triangles need of a ray.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sight {
     pub(super) slabs: Slabs,
@@ -26,12 +26,13 @@ impl Sight {
     }
 }
 
-/// The children of a node whose boxes a ray enters and that were not looked at.
+/// The children of a node whose boxes a ray enters and that it has not visited yet.
 #[derive(Clone, Copy)]
 pub(super) struct Entered<N> {
-    /// A bit for each.
+    /// A bit for each child, by its place.
     pub(super) mask: u32,
-    /// The high halves of the bits of the t at which it enters, of each; all ones for other children.
+    /// For each child the upper half of the bits of the t at which the ray enters it; all ones for other
+    /// children.
     pub(super) near: N,
 }
 
@@ -44,7 +45,7 @@ pub(super) struct Best {
 }
 
 impl Best {
-    /// Takes a hit, at most at `most`, where it is better.
+    /// Takes a hit whose t is at most `most`, if it is better.
     #[inline(always)]
     pub(super) fn take(&mut self, hit: Hit) {
         if self.hit.is_none_or(|best| hit.t < best.t || hit.triangle < best.triangle) {
@@ -53,8 +54,9 @@ impl Best {
     }
 }
 
-/// [`super::Bvh::nearest`] with a way to enter a node, up to some t, to find the least of eight and its place, to take
-/// what is at a place out, and to meet the triangles of a block.
+/// [`super::Bvh::nearest`] by four functions: `enter` tests the boxes of a node up to some t, `least` finds
+/// the least of eight numbers and its place, `without` removes the number at a place, and `meet` tests the
+/// triangles of a block.
 #[inline(always)]
 pub(super) fn nearest<N: Copy>(
     parts: &Parts,
@@ -99,7 +101,7 @@ pub(super) fn nearest<N: Copy>(
     }
 }
 
-/// [`super::Bvh::blocked`] with a way to enter a node and to meet triangles.
+/// [`super::Bvh::blocked`] by `enter` and `meet`, as for [`nearest`].
 #[inline(always)]
 pub(super) fn blocked<N>(
     parts: &Parts,
@@ -139,7 +141,7 @@ pub(super) fn blocked<N>(
     }
 }
 
-/// The walk with nothing but the language.
+/// The walk without intrinsics.
 pub(super) mod portable {
     use super::super::triangle::{interval, within};
     use super::*;

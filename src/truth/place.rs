@@ -1,4 +1,4 @@
-//! Points of a surface that paths meet, and rays that leave them on the side that is meant.
+//! *Places*, the points of a surface that paths meet, and rays that leave them on the side that is meant.
 
 use super::Normals;
 use crate::numeric::order::max3;
@@ -49,7 +49,8 @@ impl Place {
         Self { point: exact.as_vec3(), face, normal, triangle: hit.triangle, error }
     }
 
-    /// A point in space with a normal, such as a vertex: no triangle is avoided but those that it is a corner of.
+    /// A point in space with a normal, such as a vertex: its rays avoid no triangle but those that it is a
+    /// corner of.
     pub(super) fn free(point: Vec3, normal: Vec3) -> Self {
         Self { point, face: Vec3::ZERO, normal, triangle: 0, error: 0.0 }
     }

@@ -1,17 +1,20 @@
 //! Light in a homogeneous medium behind a smooth dielectric boundary: a walk from the eye into the medium and out again.
 //!
-//! The radiative transfer equation (Chandrasekhar 1950) with σs, σa and Henyey and Greenstein's phase function (1941) inside
-//! the mesh, Fresnel's equations and Snell's law on its triangles; the boundary is the mesh as it is, without interpolated
-//! normals, so that no light is lost. A path ends in an environment when it leaves for good: radiance changes by η² on the
-//! way in and back on the way out, so the factor never shows.
+//! Inside the mesh this is the radiative transfer equation (Chandrasekhar 1950) with σs, σa and Henyey and
+//! Greenstein's phase function (1941), on its triangles Fresnel's equations and Snell's law. The boundary is
+//! the mesh as it is, without interpolated normals, so that no light is lost. A path that leaves for good
+//! ends in the environment. Radiance changes by η² on the way in and back on the way out, so the factor
+//! cancels.
 //!
-//! One walk serves all three colours. Its free paths are drawn for one channel, chosen with equal chance; with f_j the
-//! path's measure in channel j and p_k its density had channel k been chosen, channel j is weighted by 3 f_j / Σ p_k: the
-//! balance heuristic over whole paths (hero wavelengths, Wilkie et al. 2014), which is never above 3. Walks end by chance,
-//! in p_k too, once absorption has left little.
+//! One walk serves all three colours. Its free paths are drawn for one channel, the *hero*, chosen with equal
+//! chance. Let f_j be the path's measure in channel j, and p_k its density had channel k been chosen. Channel
+//! j is then weighted by 3 f_j / Σ p_k: the balance heuristic over whole paths (hero wavelengths, Wilkie et
+//! al. 2014), which is never above 3. Once absorption has left little, walks end by chance (Russian
+//! roulette), which p_k includes.
 //!
-//! A point or a direction cannot be met by chance, nor joined to a point inside through a boundary that refracts. Where η
-//! is 1 it does not: then such lights are joined to every point of scattering by a straight ray.
+//! A light that is a point or a direction cannot be met by chance, nor be joined to a point inside through a
+//! boundary that refracts. Where η is 1 the boundary does not refract: then such lights are joined to every
+//! point of scattering by a straight ray.
 
 use super::boundary::{fresnel, mirror, refract};
 use super::path::arriving;
@@ -29,7 +32,8 @@ use crate::world::mesh::Bounds;
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// The part of the light below which a walk may end by chance, and what a walk that goes on then counts as.
+/// The part of the light below which a walk may end by chance, and the part that a walk which then goes on
+/// counts as.
 const LITTLE: [f64; 2] = [0.25, 0.5];
 
 /// A medium as a random walk sees it.
@@ -82,10 +86,10 @@ pub fn scatter(g: f32, direction: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     x * around.x + y * around.y + direction * around.z
 }
 
-/// A path's measure f and densities p, each channel's over the density of the channel that draws.
+/// A path's measure f and densities p, each divided by the hero's density.
 struct Path<'a> {
     volume: &'a Volume,
-    /// σt of the channel that draws.
+    /// σt of the hero.
     drawn: f32,
     hero: usize,
     /// σt of each channel less the hero's.
@@ -114,8 +118,8 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// The path goes `length` through the medium. No power overflows: no length that is drawn exceeds 17 of the hero's mean
-    /// free paths.
+    /// The path goes `length` through the medium. No power overflows, since no length that is drawn exceeds
+    /// 17 of the hero's mean free paths.
     fn cross(&mut self, length: f32) {
         for channel in 0..3 {
             if self.beyond[channel] != 0.0 {
@@ -163,7 +167,7 @@ impl<'a> Path<'a> {
     }
 }
 
-/// Refuses what a walk cannot find.
+/// Refuses scenes that walks cannot render.
 ///
 /// # Errors
 /// A medium without scattering and absorption in some channel, a mesh that is not closed, and with η ≠ 1 a light that is
@@ -251,8 +255,8 @@ fn inside(
             let point = ray.at(free);
             path.cross(free);
             path.scatter();
-            // Out of the box only where a ray has slipped out by rounding: in a point of measure 0 that a walk without
-            // end would not come back from.
+            // A point is out of the box only where a ray has slipped out by rounding, in a point of
+            // measure 0. Its walk would never end.
             let within = point.cmpge(bounds.low).all() && point.cmple(bounds.high).all();
             if !within || !path.survives(random) {
                 return None;

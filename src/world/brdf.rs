@@ -1,5 +1,5 @@
-//! How a surface reflects: diffuse, Phong and Cook-Torrance, in the local frame whose z axis is the normal; and
-//! directions drawn in proportion to that.
+//! How a surface reflects: diffuse, Phong and Cook-Torrance, in the local frame whose z axis is the normal;
+//! and the drawing of directions in proportion to that.
 
 use crate::numeric::order::{clamp, max, min};
 use crate::numeric::single;
@@ -68,8 +68,9 @@ impl Brdf {
     /// Draws a direction towards the light from three uniform numbers, with the density [`Self::pdf`]; none where it is not
     /// above the surface.
     ///
-    /// The diffuse part draws with the cosine, Phong's from its lobe about the mirror direction, and Cook-Torrance's the
-    /// facet's normal from Beckmann's distribution (Walter et al. 2007, Eq. 28 and 29).
+    /// The diffuse part draws by the cosine, and Phong's highlight from its lobe about the mirror direction.
+    /// Cook-Torrance's draws the facet's normal from Beckmann's distribution (Walter et al. 2007, Eq. 28 and
+    /// 29).
     pub fn sample(&self, eye: Vec3, choice: f32, [u, v]: [f32; 2]) -> Option<Vec3> {
         let light = match self.gloss {
             Gloss::Phong { exponent } if choice >= self.diffuse_share() => {
@@ -110,8 +111,9 @@ impl Brdf {
         }
     }
 
-    /// The part of the draws that the diffuse part makes: its part of the two colours, at least a tenth, and at most nine
-    /// where there is a highlight (a Cook-Torrance one of no colour still reflects at grazing angles).
+    /// The share of the draws that the diffuse part makes: its share of the two colours, at least a tenth.
+    /// Where there is a highlight it is at most nine tenths (a Cook-Torrance one of no colour still reflects
+    /// at grazing angles).
     fn diffuse_share(&self) -> f32 {
         if self.gloss == Gloss::None {
             return 1.0;

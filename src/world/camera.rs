@@ -29,7 +29,7 @@ impl Camera {
     pub fn near(&self, bounds: &Bounds) -> f32 {
         let (center, half) = (bounds.center(), bounds.half_extents());
         let forward = (self.target - self.position).normalize();
-        // The support of the box against the viewing direction.
+        // How far ahead the nearest corner of the box is.
         let nearest = (center - self.position).dot(forward) - half.dot(forward.abs());
         if nearest > 0.0 { nearest * 0.99 } else { half.length() * 1e-3 }
     }

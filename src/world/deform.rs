@@ -1,8 +1,9 @@
 //! Solids that move: the sine deformer of fig. 12 (Banterle and Chalmers), and a bend, whose swing gives a range of
 //! poses without a skeleton.
 //!
-//! The paper calls the first it "a function of time and z coordinate" and says no more. Here a transverse wave runs along z and
-//! displaces x, which leaves volumes as they are (the Jacobian's determinant is 1) and has normals in closed form.
+//! The paper calls the deformer "a function of time and z coordinate" and says no more. Here a transverse
+//! wave runs along z and displaces x. It leaves volumes as they are (the Jacobian's determinant is 1) and has
+//! normals in closed form.
 
 use super::mesh::Mesh;
 use crate::Error;
@@ -103,7 +104,8 @@ impl Bend {
         let [x, s] = [f64::from(position.x), f64::from(position.y) - self.root];
         let phi = curvature * s;
         let (sin, cos) = (double::sin(phi), double::cos(phi));
-        // sin φ / κ = s sin φ / φ, and (1 − cos φ) / κ = s sin²(φ/2) / (φ/2): good at no curvature too.
+        // sin φ / κ = s sin φ / φ, and (1 − cos φ) / κ = s sin²(φ/2) / (φ/2): which also hold without
+        // curvature.
         let ratio = |angle: f64| if angle == 0.0 { 1.0 } else { double::sin(angle) / angle };
         let (along, across) = (s * ratio(phi), s * ratio(0.5 * phi) * double::sin(0.5 * phi));
         let bent = Vec3::new((across + x * cos) as f32, (self.root + along - x * sin) as f32, position.z);
@@ -112,7 +114,7 @@ impl Bend {
             [f64::from(normal.x) * stretch, f64::from(normal.y), f64::from(normal.z) * stretch];
         let turned = [nx * cos + ny * sin, ny * cos - nx * sin, nz];
         let length = (turned[0] * turned[0] + turned[1] * turned[1] + nz * nz).sqrt();
-        // A normal of no length (corners that cancel) stays one.
+        // A normal of length 0, where corners cancel, stays 0.
         let shrunk = if length > 0.0 { 1.0 / length } else { 0.0 };
         (bent, Vec3::from_array(turned.map(|value| (value * shrunk) as f32)))
     }
