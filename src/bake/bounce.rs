@@ -1,8 +1,9 @@
 //! Light between the parts of a mesh: what blocked directions meet, and diffuse interreflection along them.
 //!
-//! A blocked direction looks up what leaves the nearest triangle, interpolated between its corners (Sloan, Kautz and Snyder
-//! 2002). The operator (G s)(x) = (1/π) ∫_blocked max(0, n·ω) s(y(x, ω)) dω takes any source s that is given at the vertices:
-//! transfer vectors, or plain radiance. Diffuse transfer after k bounces is Σ_{j ≤ k} ρ^{j+1} G^j T.
+//! A blocked direction looks up what leaves the nearest triangle, interpolated between its corners (Sloan,
+//! Kautz and Snyder 2002). The operator (G s)(x) = (1/π) ∫_blocked max(0, n·ω) s(y(x, ω)) dω takes any source
+//! s that is given at the vertices: transfer vectors, or plain radiance. Diffuse transfer after k bounces is
+//! Σ_{j ≤ k} ρ^{j+1} G^j T.
 //!
 //! A triangle that is met from behind sends nothing. Where a surface is a saddle, directions just above a
 //! vertex's horizon run below the triangles around it and meet some from behind: that light is lost. So a
@@ -44,8 +45,8 @@ pub struct Meetings {
     ends: Vec<usize>,
     /// By vertex, then by direction.
     all: Vec<Meeting>,
-    /// For each vertex Σ Δω and Σ max(0, n·ω) Δω over all directions above its horizon: 2π and π but for the quadrature's
-    /// error.
+    /// For each vertex Σ Δω and Σ max(0, n·ω) Δω over all directions above its horizon: 2π and π but for the
+    /// quadrature's error.
     hemispheres: Vec<[f64; 2]>,
 }
 
@@ -173,11 +174,11 @@ wide! {
     }
 }
 
-/// Transfer vectors with `bounces` diffuse interreflections, RGB, `[vertices][bands²][3]`, albedo included: times L they
-/// give the radiance that leaves.
+/// Transfer vectors with `bounces` diffuse interreflections, RGB, `[vertices][bands²][3]`, albedo included:
+/// times L they give the radiance that leaves.
 ///
-/// `direct` are [`super::vectors`] (albedo 1). The albedo is one for the whole mesh, so each bounce is gathered once for
-/// all three colours.
+/// `direct` are [`super::vectors`] (albedo 1). The albedo is one for the whole mesh, so each bounce is
+/// gathered once for all three colours.
 ///
 /// # Panics
 /// Where `direct` has not `bands`² items for each vertex.

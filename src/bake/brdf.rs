@@ -46,13 +46,13 @@ fn rounded(direction: [f64; 3]) -> Vec3 {
     Vec3::from_array(direction.map(|component| component as f32))
 }
 
-/// The coefficients of f(·, o) max(0, i_z) for each exit o (unit, local), RGB, `[exits][bands²]`: with light l in the
-/// local frame, row·l is the radiance towards o. 0 for an exit that is not above the surface.
+/// The coefficients of f(·, o) max(0, i_z) for each exit o (unit, local), RGB, `[exits][bands²]`: with light
+/// l in the local frame, row·l is the radiance towards o. 0 for an exit that is not above the surface.
 ///
-/// The BRDF is evaluated in `f32` at 64 heights by 128 azimuths, and at more for lobes narrower than that of a Phong
-/// exponent of 455: exact to 2 · 10⁻⁷ for an exponent of 60, to 3 · 10⁻⁵ for all up to 10,000, and to 3 · 10⁻⁴ for
-/// roughness 0.01, up to exits of 53°. Cook and Torrance's highlight at grazing exits is narrower than any step: that is
-/// 1.5 · 10⁻³ of the first entry of [`matrix`] at roughness 0.4.
+/// The BRDF is evaluated in `f32` at 64 heights by 128 azimuths, and at more for lobes narrower than that of
+/// a Phong exponent of 455: exact to 2 · 10⁻⁷ for an exponent of 60, to 3 · 10⁻⁵ for all up to 10,000, and to
+/// 3 · 10⁻⁴ for roughness 0.01, up to exits of 53°. Cook and Torrance's highlight at grazing exits is
+/// narrower than any step: that is 1.5 · 10⁻³ of the first entry of [`matrix`] at roughness 0.4.
 ///
 /// # Panics
 /// Where `bands` exceeds [`sh::MAX_BANDS`].

@@ -31,11 +31,12 @@ const LEAF: usize = 8;
 /// Levels of the octree: bits of a coordinate.
 const LEVELS: u32 = 21;
 
-/// What leaves each vertex after multiple scattering, RGB, `[vertices][bands²][3]`: B/π, so that times L, and times
-/// Fresnel's transmittance towards the eye, it is radiance.
+/// What leaves each vertex after multiple scattering, RGB, `[vertices][bands²][3]`: B/π, so that times L, and
+/// times Fresnel's transmittance towards the eye, it is radiance.
 ///
-/// `irradiance` has `functions` = bands² items a vertex; `medium` is in the mesh's unit. `spread` is the largest solid angle of
-/// a node that counts as one point, 0 for none; about 0.1 keeps the error below a percent.
+/// `irradiance` has `functions` = bands² items a vertex; `medium` is in the mesh's unit. `spread` is the
+/// largest solid angle of a node that counts as one point, 0 for none; about 0.1 keeps the error below a
+/// percent.
 ///
 /// # Panics
 /// Where `irradiance` has another length, or `spread` is negative or no number.

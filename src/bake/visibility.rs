@@ -8,7 +8,8 @@ use glam::Vec3;
 
 /// The hemisphere above every vertex: which of its directions are visible, and which are blocked.
 ///
-/// Bit j of word w of a vertex stands for the direction 32 w + j. A vertex that no triangle uses has no bits at all.
+/// Bit j of word w of a vertex stands for the direction 32 w + j. A vertex that no triangle uses has no bits
+/// at all.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Visibility {
     /// Words of a vertex: ⌈directions / 32⌉.
@@ -26,8 +27,8 @@ impl Visibility {
         (&self.visible[words.clone()], &self.blocked[words])
     }
 
-    /// From bits that were traced before (`visible`, as [`Visibility::visible`]): whatever else is above the horizon of a
-    /// used vertex is blocked.
+    /// From bits that were traced before (`visible`, as [`Visibility::visible`]): whatever else is above the
+    /// horizon of a used vertex is blocked.
     ///
     /// # Panics
     /// Where `visible` has not the mesh's vertices times ⌈directions / 32⌉ words.

@@ -1,4 +1,5 @@
-//! The visibility buffer: the nearest triangle of every pixel, and its depth; or the depths of the two nearest.
+//! The visibility buffer: the nearest triangle of every pixel, and its depth; or the depths of the two
+//! nearest.
 //!
 //! Triangles are sorted into the tiles that they touch, a *run* of a constant number of triangles at a time,
 //! and each tile is filled by one thread. A pixel keeps the largest (reversed) depth, ties going to the
@@ -32,8 +33,9 @@ pub fn visibility(positions: &[Vec3], triangles: &[[u32; 3]], view: &View) -> Vi
     }
 }
 
-/// The depths of the two nearest surfaces in every pixel of `view`, each as in [`VisibilityBuffer::depth`]. The second is the
-/// greatest depth below the first, which depth peeling (Everitt 2001) finds by filling all triangles again.
+/// The depths of the two nearest surfaces in every pixel of `view`, each as in [`VisibilityBuffer::depth`].
+/// The second is the greatest depth below the first, which depth peeling (Everitt 2001) finds by filling all
+/// triangles again.
 ///
 /// # Panics
 /// As [`visibility`].

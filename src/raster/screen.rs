@@ -9,8 +9,8 @@ use glam::Vec3;
 /// Vertices that one thread projects together.
 const RUN: usize = 64 * BLOCK;
 
-/// A vertex on the screen: x and y (down) in 1/256 pixel, the bits of the reversed depth, and the code of what it lies
-/// beyond. The first three are without meaning where the code has [`CLIP`] or [`LOST`].
+/// A vertex on the screen: x and y (down) in 1/256 pixel, the bits of the reversed depth, and the code of
+/// what it lies beyond. The first three are without meaning where the code has [`CLIP`] or [`LOST`].
 pub(super) type Projected = [i32; 4];
 
 const LEFT: i32 = 1;

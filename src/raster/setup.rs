@@ -29,7 +29,8 @@ impl<'a> Sorted<'a> {
         Self { triangles, vertices, runs }
     }
 
-    /// Calls `each` with the triangles that touch a tile: one's index in the mesh, and its corners on the screen.
+    /// Calls `each` with the triangles that touch a tile: one's index in the mesh, and its corners on the
+    /// screen.
     #[inline(always)]
     pub(super) fn touching(&self, tile: usize, mut each: impl FnMut(u32, [&Projected; 3])) {
         for run in &self.runs {

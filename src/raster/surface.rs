@@ -37,8 +37,8 @@ impl SurfacePoints {
     }
 }
 
-/// Hands what the pixels of a view see to `each`, a block of points at a time: `seen` are their triangles from pixel
-/// `first` on, [`NONE`] where there is none.
+/// Hands what the pixels of a view see to `each`, a block of points at a time: `seen` are their triangles
+/// from pixel `first` on, [`NONE`] where there is none.
 pub fn surfaces(mesh: &Mesh, view: &View, seen: &[u32], first: usize, mut each: impl FnMut(&SurfacePoints)) {
     let (mut points, mut corners) = (SurfacePoints::NONE, Corners::NONE);
     let (mut x, mut y) = (first % view.width, first / view.width);

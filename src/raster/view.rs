@@ -40,8 +40,8 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// The axes of a viewer who looks along `forward` with `up` as nearly upward as it can be. Where the two are
-    /// parallel, z is taken for up, and where that is parallel too, x.
+    /// The axes of a viewer who looks along `forward` with `up` as nearly upward as it can be. Where the two
+    /// are parallel, z is taken for up, and where that is parallel too, x.
     pub fn looking(forward: Vec3, up: Vec3) -> Self {
         let forward = forward.normalize();
         let side = [up, Vec3::Z, Vec3::X].map(|up| forward.cross(up.normalize_or_zero()));
@@ -104,8 +104,8 @@ impl View {
         Self { width, height, clip_from_world, range: Range::Perspective { near } }
     }
 
-    /// An orthographic view: the image spans `center ± half.x right ± half.y up`, and depth runs from `near` to
-    /// `far` along forward, measured from `center`.
+    /// An orthographic view: the image spans `center ± half.x right ± half.y up`, and depth runs from `near`
+    /// to `far` along forward, measured from `center`.
     pub fn orthographic(
         center: Vec3,
         axes: Axes,
@@ -163,8 +163,8 @@ impl View {
         [2.0 * GUARD / self.width as f32, 2.0 * GUARD / self.height as f32]
     }
 
-    /// Perspective-correct barycentric coordinates of a pixel's centre, as [`Self::ndc`] gives it, on a triangle, each
-    /// in [0, 1], their sum 1.
+    /// Perspective-correct barycentric coordinates of a pixel's centre, as [`Self::ndc`] gives it, on a
+    /// triangle, each in [0, 1], their sum 1.
     ///
     /// They are the ratios of 2D cross products in homogeneous coordinates (Olano and Greer 1997), taken
     /// relative to the pixel, so a triangle that crosses the near plane needs no clipping. The centre is

@@ -19,7 +19,8 @@ use std::path::Path;
 /// The most texels of a map: 8192 × 4096, 403 MB of radiance.
 pub const MAX_TEXELS: usize = 8192 * 4096;
 
-/// The most bytes of an HDR file: [`MAX_TEXELS`] texels of four bytes, with room for a header and run lengths.
+/// The most bytes of an HDR file: [`MAX_TEXELS`] texels of four bytes, with room for a header and run
+/// lengths.
 const MAX_FILE: u64 = 5 * MAX_TEXELS as u64;
 
 /// Rows whose texels one task adds up from left to right before the tasks' sums meet in [`sum::sum`].
@@ -234,8 +235,8 @@ impl Environment {
         coefficients
     }
 
-    /// The radiance from a unit `direction`, RGB; that of a probe is the sum of its nine functions, which rings below
-    /// zero opposite a bright side.
+    /// The radiance from a unit `direction`, RGB; that of a probe is the sum of its nine functions, which
+    /// rings below zero opposite a bright side.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let radiance = match &self.form {
             Form::Map(map) => map.radiance(direction),

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 
 /// `count` unit vectors spread evenly over the sphere; each stands for 4π / `count` steradians.
 ///
-/// Spherical Fibonacci points (Keinert, Innmann, Sänger and Stamminger 2015) with the half-step offset:
-/// z_i = 1 − (2i + 1) / N, φ_i = 2π frac(i / Φ) with the golden ratio Φ, for i = 0 … N − 1. No point lies at a
+/// Spherical Fibonacci points (Keinert, Innmann, Sänger and Stamminger 2015) with the half-step offset: z_i =
+/// 1 − (2i + 1) / N, φ_i = 2π frac(i / Φ) with the golden ratio Φ, for i = 0 … N − 1. No point lies at a
 /// pole, Σ z = 0, and z descends.
 pub fn fibonacci(count: usize) -> Vec<[f64; 3]> {
     /// 1 / Φ = (√5 − 1) / 2

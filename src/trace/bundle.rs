@@ -31,9 +31,9 @@ pub const WORD: usize = 32;
 /// Directions that one task takes one after the other, reusing its buffers.
 const RUN: usize = 4;
 
-/// Which of `directions` each of `points` sees: bit j of word w of point p, `[points][⌈directions / 32⌉]`, is set where
-/// the direction 32 w + j is above the horizon of the point's normal (n·ω > 0) and the ray from the point along it meets
-/// no triangle of the mesh ([`super::Bvh::blocked`]). All other bits are 0.
+/// Which of `directions` each of `points` sees: bit j of word w of point p, `[points][⌈directions / 32⌉]`, is
+/// set where the direction 32 w + j is above the horizon of the point's normal (n·ω > 0) and the ray from the
+/// point along it meets no triangle of the mesh ([`super::Bvh::blocked`]). All other bits are 0.
 ///
 /// # Panics
 /// Where there are not as many normals as points.

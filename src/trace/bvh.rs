@@ -158,8 +158,8 @@ mod tests {
         assert!(hits > mesh.positions.len() * 9 / 10, "{hits}");
     }
 
-    /// Rays of all lengths through corners, along and beside edges, parallel to axes and to boxes' planes, against meshes
-    /// of which one has every triangle twice.
+    /// Rays of all lengths through corners, along and beside edges, parallel to axes and to boxes' planes,
+    /// against meshes of which one has every triangle twice.
     #[test]
     fn the_portable_walk_finds_what_the_processors_own_finds() {
         let knot = shapes::torus_knot(2, 3, 0.35, 64, 8).unwrap();

@@ -30,8 +30,8 @@ pub(super) const SLACK: f32 = 32.0 / 2_097_152.0;
 /// How far a depth may be off: a coordinate's rounding, with room.
 pub(super) const DEPTH_SLACK: f32 = 1.0 / 2_097_152.0;
 
-/// Holds every triangle against the points in the cells of its box, [`LANES`] at a time: marks the points that it blocks, or
-/// with `COLLECT` adds to `cells.pairs` those that it may block.
+/// Holds every triangle against the points in the cells of its box, [`LANES`] at a time: marks the points
+/// that it blocks, or with `COLLECT` adds to `cells.pairs` those that it may block.
 pub(super) fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let columns = grid.size[0];
     let Cells { sheared, starts, lanes, pairs, .. } = cells;

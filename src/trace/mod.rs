@@ -1,4 +1,5 @@
-//! Rays against triangles: nearest and any hit through a tree of boxes, and bundles of parallel rays (contract 6).
+//! Rays against triangles: nearest and any hit through a tree of boxes, and bundles of parallel rays
+//! (contract 6).
 //!
 //! A hit is a function of the ray and the triangles alone: the nearest `t`, ties going to the lowest
 //! triangle. No tree can change it: [`triangle`] says what a hit is, and the interval of `t` in which a ray

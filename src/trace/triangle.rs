@@ -72,8 +72,9 @@ fn picked(vector: Vec3, axes: [usize; 3]) -> [f64; 3] {
     [f64::from(vector[axes[0]]), f64::from(vector[axes[1]]), f64::from(vector[axes[2]])]
 }
 
-/// Where the z axis through `origin` meets the triangle of sheared `corners`: t, and the weights of the second and the
-/// third corner. None where it misses, where the triangle is seen edge-on, and where t is not above 0.
+/// Where the z axis through `origin` meets the triangle of sheared `corners`: t, and the weights of the
+/// second and the third corner. None where it misses, where the triangle is seen edge-on, and where t is not
+/// above 0.
 #[inline(always)]
 pub fn meets(corners: &[[f64; 3]; 3], origin: [f64; 3]) -> Option<[f64; 3]> {
     let moved = |corner: &[f64; 3]| [corner[0] - origin[0], corner[1] - origin[1], corner[2] - origin[2]];
@@ -131,8 +132,8 @@ pub(super) fn ends([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3) {
     (min3(min3(*a, *b), *c), max3(max3(*a, *b), *c))
 }
 
-/// The interval of t in which the ray is in the triangle's box, widened by [`PADDING`]; empty where its first end exceeds
-/// the second.
+/// The interval of t in which the ray is in the triangle's box, widened by [`PADDING`]; empty where its first
+/// end exceeds the second.
 #[inline(always)]
 pub(super) fn interval(slabs: &Slabs, corners: &[Vec3; 3]) -> [f32; 2] {
     let (low, high) = ends(corners);

@@ -55,7 +55,8 @@ impl Local {
     }
 }
 
-/// One sample of the radiance that a place reflects towards the unit vector `eye`, with at most `bounces` reflections.
+/// One sample of the radiance that a place reflects towards the unit vector `eye`, with at most `bounces`
+/// reflections.
 pub(super) fn reflected(
     scene: &Scene,
     brdf: &Brdf,
@@ -118,8 +119,8 @@ fn direct(scene: &Scene, brdf: &Brdf, at: &Local, random: &mut Sample) -> Vec3 {
     total
 }
 
-/// The shadow ray from a place to a light, the unit vector towards the light, and the irradiance there of a surface that
-/// faces it.
+/// The shadow ray from a place to a light, the unit vector towards the light, and the irradiance there of a
+/// surface that faces it.
 pub(super) fn arriving(caster: &Caster, place: &Place) -> (Ray, Vec3, Vec3) {
     match *caster {
         Caster::Point { position, intensity } => {

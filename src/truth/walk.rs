@@ -1,4 +1,5 @@
-//! Light in a homogeneous medium behind a smooth dielectric boundary: a walk from the eye into the medium and out again.
+//! Light in a homogeneous medium behind a smooth dielectric boundary: a walk from the eye into the medium and
+//! out again.
 //!
 //! Inside the mesh this is the radiative transfer equation (Chandrasekhar 1950) with σs, σa and Henyey and
 //! Greenstein's phase function (1941), on its triangles Fresnel's equations and Snell's law. The boundary is
@@ -66,7 +67,8 @@ impl Volume {
     }
 }
 
-/// Henyey and Greenstein's phase function at a cosine between the directions of travel before and after, per steradian.
+/// Henyey and Greenstein's phase function at a cosine between the directions of travel before and after, per
+/// steradian.
 pub fn henyey_greenstein(g: f32, cosine: f32) -> f32 {
     let d = 1.0 + g * g - 2.0 * g * cosine;
     (1.0 - g * g) / (4.0 * PI * d * d.sqrt())
@@ -170,8 +172,8 @@ impl<'a> Path<'a> {
 /// Refuses scenes that walks cannot render.
 ///
 /// # Errors
-/// A medium without scattering and absorption in some channel, a mesh that is not closed, and with η ≠ 1 a light that is
-/// a point or a direction.
+/// A medium without scattering and absorption in some channel, a mesh that is not closed, and with η ≠ 1 a
+/// light that is a point or a direction.
 pub(super) fn check(scene: &Scene, volume: &Volume) -> Result<(), Error> {
     if !(0..3).all(|channel| volume.extinction(channel) > 0.0) {
         return Err(Error::new("the medium neither scatters nor absorbs in some channel")
@@ -194,7 +196,8 @@ pub(super) fn check(scene: &Scene, volume: &Volume) -> Result<(), Error> {
     Ok(())
 }
 
-/// One sample of the radiance that leaves the boundary at `place` towards the unit vector `eye`; the eye is outside.
+/// One sample of the radiance that leaves the boundary at `place` towards the unit vector `eye`; the eye is
+/// outside.
 pub(super) fn seen(scene: &Scene, volume: &Volume, place: Place, eye: Vec3, random: &mut Sample) -> Vec3 {
     let bounds = scene.bounds;
     let mut path = Path::new(volume, random);
@@ -232,7 +235,8 @@ fn outside(scene: &Scene, place: &Place, direction: Vec3) -> Option<Place> {
     Some(Place::new(&scene.mesh, &scene.bvh, &hit, Normals::Face))
 }
 
-/// Walks from a place of the boundary inward until the path leaves: where, and in which direction. None where it ends.
+/// Walks from a place of the boundary inward until the path leaves: where, and in which direction. None where
+/// it ends.
 fn inside(
     scene: &Scene,
     path: &mut Path<'_>,

@@ -13,13 +13,14 @@ use std::f32::consts::{FRAC_1_PI, PI};
 pub enum Gloss {
     /// No highlight.
     None,
-    /// (e + 2) / 2π · cosᵉ α about the mirror direction (Phong 1975, normalised after Lafortune and Willems 1994).
+    /// (e + 2) / 2π · cosᵉ α about the mirror direction (Phong 1975, normalised after Lafortune and Willems
+    /// 1994).
     Phong {
         /// e, at least 0.
         exponent: f32,
     },
-    /// D F G / (4 cos θᵢ cos θₒ) (Cook and Torrance 1982): Beckmann's distribution D, their V-grooves G, Schlick's F from
-    /// the highlight's colour at normal incidence.
+    /// D F G / (4 cos θᵢ cos θₒ) (Cook and Torrance 1982): Beckmann's distribution D, their V-grooves G,
+    /// Schlick's F from the highlight's colour at normal incidence.
     CookTorrance {
         /// Root mean square slope m of the facets, above 0.
         roughness: f32,
@@ -38,8 +39,8 @@ pub struct Brdf {
 }
 
 impl Brdf {
-    /// The value for light that comes from `light` and leaves towards `eye`, unit vectors in the local frame; 0 where one
-    /// of them is not above the surface.
+    /// The value for light that comes from `light` and leaves towards `eye`, unit vectors in the local frame;
+    /// 0 where one of them is not above the surface.
     pub fn value(&self, light: Vec3, eye: Vec3) -> Vec3 {
         if light.z <= 0.0 || eye.z <= 0.0 {
             return Vec3::ZERO;
@@ -65,8 +66,8 @@ impl Brdf {
         }
     }
 
-    /// Draws a direction towards the light from three uniform numbers, with the density [`Self::pdf`]; none where it is not
-    /// above the surface.
+    /// Draws a direction towards the light from three uniform numbers, with the density [`Self::pdf`]; none
+    /// where it is not above the surface.
     ///
     /// The diffuse part draws by the cosine, and Phong's highlight from its lobe about the mirror direction.
     /// Cook-Torrance's draws the facet's normal from Beckmann's distribution (Walter et al. 2007, Eq. 28 and

@@ -18,14 +18,15 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Tangents of half the horizontal and the vertical angle of an image of `width` × `height` square pixels.
+    /// Tangents of half the horizontal and the vertical angle of an image of `width` × `height` square
+    /// pixels.
     pub fn tangents(&self, width: usize, height: usize) -> [f32; 2] {
         let vertical = double::tan(f64::from(self.fov) * (std::f64::consts::PI / 360.0)) as f32;
         [vertical * (width as f32 / height as f32), vertical]
     }
 
-    /// A distance of the near plane that cuts nothing of a box ahead of the camera; a thousandth of its radius
-    /// where the camera is inside or beside it.
+    /// A distance of the near plane that cuts nothing of a box ahead of the camera; a thousandth of its
+    /// radius where the camera is inside or beside it.
     pub fn near(&self, bounds: &Bounds) -> f32 {
         let (center, half) = (bounds.center(), bounds.half_extents());
         let forward = (self.target - self.position).normalize();

@@ -1,17 +1,18 @@
-//! Fewer triangles: edges are collapsed into points, the least quadric error first, after Garland and Heckbert,
-//! "Surface Simplification Using Quadric Error Metrics", 1997.
+//! Fewer triangles: edges are collapsed into points, the least quadric error first, after Garland and
+//! Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997.
 //!
 //! The error of a point is the sum of its squared distances from the planes of the triangles that it stands
 //! for, each weighted by the triangle's area. All is `+ − × ÷ √` in `f64`, points are rounded to `f32` before
 //! they are judged, and the order of collapses is total: error, then the two vertices. So the same mesh gives
 //! the same bits, and a mesh of fewer triangles is what one of more would become.
 //!
-//! - Vertices in one place are one, as in [`Facts`](super::mesh::Facts); unused ones go, and so do triangles with two
-//!   corners in one place. What stays keeps the mesh's order.
-//! - The surface keeps its kind: pieces, handles and holes stay (the link condition), so a closed solid stays closed.
+//! - Vertices in one place are one, as in [`Facts`](super::mesh::Facts); unused ones go, and so do triangles
+//!   with two corners in one place. What stays keeps the mesh's order.
+//! - The surface keeps its kind: pieces, handles and holes stay (the link condition), so a closed solid stays
+//!   closed.
 //! - No vertex moves into another's place, where the two would be one.
-//! - No triangle turns by more than 78° in one collapse, and none loses its area. One that has none from the start
-//!   weighs nothing.
+//! - No triangle turns by more than 78° in one collapse, and none loses its area. One that has none from the
+//!   start weighs nothing.
 //! - A boundary counts as planes through its edges, upright on the surface, each with the weight [`BOUNDARY`]
 //!   times the edge's length squared.
 //! - Vertices of edges with more than two triangles stay where they are; others may be collapsed into them.
@@ -96,8 +97,8 @@ impl Quadric {
         self.a.x_axis.x + self.a.y_axis.y + self.a.z_axis.z
     }
 
-    /// Where the error is least; none where that is a line, a plane or everywhere, or nearly, or farther than `reach`
-    /// from `near`.
+    /// Where the error is least; none where that is a line, a plane or everywhere, or nearly, or farther than
+    /// `reach` from `near`.
     fn least(&self, near: DVec3, reach: f64) -> Option<DVec3> {
         let [x, y, z] = [self.a.x_axis, self.a.y_axis, self.a.z_axis];
         let adjugate = [y.cross(z), z.cross(x), x.cross(y)]; // of a symmetric matrix: rows are columns
@@ -316,7 +317,8 @@ impl Surface {
         !own && self.places.contains(&key(point))
     }
 
-    /// Whether a triangle of `vertex` that is not one of `other` folds, or loses its area, if `vertex` moves to `point`.
+    /// Whether a triangle of `vertex` that is not one of `other` folds, or loses its area, if `vertex` moves
+    /// to `point`.
     fn folds(&self, vertex: u32, other: u32, point: Vec3) -> bool {
         self.around[vertex as usize].iter().any(|&index| {
             let corners = self.triangles[index as usize];

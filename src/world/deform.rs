@@ -1,5 +1,5 @@
-//! Solids that move: the sine deformer of fig. 12 (Banterle and Chalmers), and a bend, whose swing gives a range of
-//! poses without a skeleton.
+//! Solids that move: the sine deformer of fig. 12 (Banterle and Chalmers), and a bend, whose swing gives a
+//! range of poses without a skeleton.
 //!
 //! The paper calls the deformer "a function of time and z coordinate" and says no more. Here a transverse
 //! wave runs along z and displaces x. It leaves volumes as they are (the Jacobian's determinant is 1) and has
@@ -42,8 +42,8 @@ impl Wave {
         Mesh::new(positions, Some(normals), solid.triangles.clone())
     }
 
-    /// A vertex and its unit normal, deformed. The map's Jacobian has a 1 at each place of the diagonal and the slope
-    /// s = ∂x′/∂z beside it; its inverse transpose takes (x, y, z) to (x, y, z − s x).
+    /// A vertex and its unit normal, deformed. The map's Jacobian has a 1 at each place of the diagonal and
+    /// the slope s = ∂x′/∂z beside it; its inverse transpose takes (x, y, z) to (x, y, z − s x).
     #[inline(always)]
     fn vertex(&self, position: Vec3, normal: Vec3, time: f64) -> (Vec3, Vec3) {
         let (sin, cos) = sin_cos(f64::from(position.z) / self.length + time / self.period);
@@ -59,9 +59,9 @@ impl Wave {
 
 /// Bends what stands along y into an arc of constant curvature κ in the plane of x and y.
 ///
-/// With s = y − root and φ = κ s, the line of centres x = 0 becomes ((1 − cos φ) / κ, root + sin φ / κ), and a point at x
-/// stays that far from it, across: x′ = (1 − cos φ) / κ + x cos φ, y′ = root + sin φ / κ − x sin φ, z′ = z. Below the root
-/// it bends to the same side. κ(t) = angle / length · sin 2πt / period.
+/// With s = y − root and φ = κ s, the line of centres x = 0 becomes ((1 − cos φ) / κ, root + sin φ / κ), and
+/// a point at x stays that far from it, across: x′ = (1 − cos φ) / κ + x cos φ, y′ = root + sin φ / κ − x sin
+/// φ, z′ = z. Below the root it bends to the same side. κ(t) = angle / length · sin 2πt / period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bend {
     /// Degrees by which `length` is turned at the height of the swing; 0 leaves a solid as it is, to the bit.
@@ -78,8 +78,8 @@ impl Bend {
     /// The solid as it is bent at `time`, in seconds.
     ///
     /// # Errors
-    /// Where a vertex lies beyond the centre of the arc, so that the solid would be turned inside out there, and where
-    /// one leaves the range of coordinates.
+    /// Where a vertex lies beyond the centre of the arc, so that the solid would be turned inside out there,
+    /// and where one leaves the range of coordinates.
     pub fn apply(&self, solid: &Mesh, time: f64) -> Result<Mesh, Error> {
         let curvature = self.angle * (TAU / 360.0) / self.length * sin_cos(time / self.period).0;
         if self.angle == 0.0 {
@@ -98,8 +98,8 @@ impl Bend {
         Mesh::new(positions, Some(normals), solid.triangles.clone())
     }
 
-    /// A vertex and its unit normal, bent. The map turns by φ and stretches along the arc by 1 − κx, so the normal's part
-    /// along the arc shrinks by that.
+    /// A vertex and its unit normal, bent. The map turns by φ and stretches along the arc by 1 − κx, so the
+    /// normal's part along the arc shrinks by that.
     fn vertex(&self, position: Vec3, normal: Vec3, curvature: f64) -> (Vec3, Vec3) {
         let [x, s] = [f64::from(position.x), f64::from(position.y) - self.root];
         let phi = curvature * s;

@@ -71,8 +71,8 @@ pub struct Facts {
     pub bounds: Bounds,
     /// Surface area, in the square of the scene's unit.
     pub area: f64,
-    /// Enclosed volume, in the cube of the scene's unit: negative if the triangles face inward. Of an open mesh,
-    /// the volume of the cone from its rim to the centre of the bounds is included.
+    /// Enclosed volume, in the cube of the scene's unit: negative if the triangles face inward. Of an open
+    /// mesh, the volume of the cone from its rim to the centre of the bounds is included.
     pub signed_volume: f64,
 }
 
