@@ -1,8 +1,9 @@
 //! The dipole integrated over a surface: Banterle and Chalmers, Eq. 1 and 2, after Jensen et al. 2001.
 //!
-//! L(x, o) = F_t(η, o) / π · ∫ E(y) R_d(|x − y|) dy over all triangles, with R_d of [`Dipole::kernel`]
-//! (errata T3: the distances are those from the two sources) and E(y) = ∫ F_t(η, i) L(y, i) cos θ di: the
-//! irradiance that enters, by Schlick's transmittance as in the techniques' passes, shadowed by the mesh.
+//! L(x, o) = F_t(η, o) / π · ∫ E(y) R_d(|x − y|) dy over all triangles, with R_d of
+//! [`Dipole::kernel`](crate::world::medium::Dipole::kernel) (errata T3: the distances are those from the two
+//! sources) and E(y) = ∫ F_t(η, i) L(y, i) cos θ di: the irradiance that enters, by Schlick's transmittance
+//! as in the techniques' passes, shadowed by the mesh.
 //!
 //! The integral is drawn as King, Kulla, Conty and Fajardo 2013 do. First an axis is drawn, the normal at x
 //! or one of two tangents. Then a distance from it is drawn in proportion to the kernel of one source of one
