@@ -1,5 +1,5 @@
-//! What a bake costs a vertex: `cargo bench --bench bake -- [OBJ [DIRECTIONS]]`, processor time of one thread, the least of three
-//! turns. Without a file, a torus knot of 12,800 vertices.
+//! What a bake costs a vertex: `cargo bench --bench bake -- [OBJ [DIRECTIONS]]`, processor time of one
+//! thread, the least of three turns. Without a file, a torus knot of 12,800 vertices.
 #![allow(clippy::print_stdout, reason = "a table is what it is for")]
 #![allow(clippy::disallowed_methods, reason = "a clock")]
 

@@ -1,13 +1,15 @@
-//! `cargo bench --bench frame` times the translucency technique at the paper's settings, on one thread and on two:
+//! `cargo bench --bench frame` times the translucency technique at the paper's settings, on one thread and on
+//! two:
 //!
-//! - `frame`: whole frames of each solid, from the solid at rest to the picture, camera, light and shape changing every
-//!   time;
+//! - `frame`: whole frames of each solid, from the solid at rest to the picture, camera, light and shape
+//!   changing every time;
 //! - `pass`: each pass of the bunny by itself;
 //! - `triangles`, `pixels`: whole frames of a knot as either grows;
 //! - `1024²`: depth, normal and position of the bunny alone, at 1024 × 1024.
 //!
-//! `-- pass` runs one group. The Stanford models need `BITLIGHT_ASSETS`; without it they are left out, the knot stands
-//! in for the bunny, and that is said. `cargo bench --bench table` makes the tables of the README.
+//! `-- pass` runs one group. The Stanford models need `BITLIGHT_ASSETS`; without it they are left out, the
+//! knot stands in for the bunny, and that is said. `cargo bench --bench table` makes the tables of the
+//! README.
 
 #![allow(clippy::print_stderr, reason = "what is left out must be seen")]
 

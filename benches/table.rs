@@ -1,11 +1,13 @@
-//! Makes the tables of speed in the README: prints them, or puts them into a file between the marks that are there.
+//! Makes the tables of speed in the README: prints them, or puts them into a file between the marks that are
+//! there.
 //!
 //! ```sh
 //! BITLIGHT_ASSETS=… cargo bench --bench table -- README.md
 //! ```
 //!
-//! Every figure is a median over frames of which each has another camera, light and shape. One thread and two take turns,
-//! frame by frame, and so do the solids, twelve frames each, so that a clock that drifts shows in none.
+//! Every figure is a median over frames of which each has another camera, light and shape. One thread and two
+//! take turns, frame by frame, and so do the solids, twelve frames each, so that a clock that drifts shows in
+//! none.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program talks to its terminal")]
 

@@ -1,5 +1,6 @@
-//! What is timed: frames of the translucency technique whose camera, light and shape all change from one to the next, at
-//! the paper's settings: 512 × 512 pixels, 64 × 64 texels a face, a shadow map of 512 × 512 under one point light.
+//! What is timed: frames of the translucency technique whose camera, light and shape all change from one to
+//! the next, at the paper's settings: 512 × 512 pixels, 64 × 64 texels a face, a shadow map of 512 × 512
+//! under one point light.
 
 #![allow(dead_code, reason = "each program takes what it needs")]
 
@@ -86,7 +87,8 @@ pub(crate) const MODELS: [Model; 5] = [
     Model { triangles: 47_000, paper: Some(83.6), ..ARMADILLO },
 ];
 
-/// The knot with 10³ to 10⁶ triangles, and at 256² to 4096² pixels: what grows, and the settings of each size.
+/// The knot with 10³ to 10⁶ triangles, and at 256² to 4096² pixels: what grows, and the settings of each
+/// size.
 pub(crate) fn growth() -> [(&'static str, Vec<Vec<String>>); 2] {
     let triangles = [8, 25, 79, 250].map(|n| vec![format!("solid.resolution={n}")]);
     [("triangles", triangles.into()), ("pixels", [256, 512, 1024, 2048, 4096].map(side).into())]
@@ -148,7 +150,8 @@ impl Workload {
         Ok(workload)
     }
 
-    /// Prepares a frame, counting round and round: deforms the solid, finds its box and its normals, sets up the views.
+    /// Prepares a frame, counting round and round: deforms the solid, finds its box and its normals, sets up
+    /// the views.
     pub(crate) fn prepare(&self, number: usize) -> Result<Frame, Error> {
         let scene = &self.scenes[number % self.scenes.len()];
         Frame::new(self.loaded.stage(scene)?, Settings::read(&scene.values))

@@ -1,4 +1,5 @@
-//! What the visibility of a bake costs with more directions and triangles, one thread and two, as a table in Markdown:
+//! What the visibility of a bake costs with more directions and triangles, one thread and two, as a table in
+//! Markdown:
 //!
 //!     BITLIGHT_ASSETS=… cargo run --release --example bundles
 #![allow(clippy::print_stdout, reason = "a table")]

@@ -1,5 +1,6 @@
-//! How much the nine coefficients E_lm depend on the size of the cubemap's faces: §4 of the translucency paper chose
-//! 64 texels, since 128 and 256 made no significant difference. Prints the table in README.md, from the real models:
+//! How much the nine coefficients E_lm depend on the size of the cubemap's faces: §4 of the translucency
+//! paper chose 64 texels, since 128 and 256 made no significant difference. Prints the table in README.md,
+//! from the real models:
 //!
 //! ```sh
 //! BITLIGHT_ASSETS=… cargo run --release --example faces

@@ -1,10 +1,11 @@
-//! The proof that this build, on this processor, gives the goldens' bits: every scene below `scenes` that has a
-//! manifest below `golden` and needs no asset is rendered, and every pass compared.
+//! The proof that this build, on this processor, gives the goldens' bits: every scene below `scenes` that has
+//! a manifest below `golden` and needs no asset is rendered, and every pass compared.
 //!
-//! `BITLIGHT_THREADS` is the number of threads (0, or nothing: one for each core). The last line has one digest of
-//! all that was rendered; `tools/proofs.sh` holds it against other builds and other processors.
+//! `BITLIGHT_THREADS` is the number of threads (0, or nothing: one for each core). The last line has one
+//! digest of all that was rendered; `tools/proofs.sh` holds it against other builds and other processors.
 //!
-//! Exit status 0 if every pass of every scene is the golden's, 1 if one differs or there is none, 2 for bad input.
+//! Exit status 0 if every pass of every scene is the golden's, 1 if one differs or there is none, 2 for bad
+//! input.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program talks to its terminal")]
 

@@ -1,8 +1,9 @@
-//! bitlight: the bit-reproducible CPU ground truth of published techniques that light translucent solids, fur and
-//! animated characters with spherical harmonics.
+//! bitlight: the bit-reproducible CPU ground truth of published techniques that light translucent solids, fur
+//! and animated characters with spherical harmonics.
 //!
-//! [`run::render`] renders a [`scene::Scene`] pass by pass into a [`pass::Recorder`]. What each pass computes is in
-//! [`techniques`]. Every bit is the same on every machine; ARCHITECTURE.md says why, and how that is proved.
+//! [`run::render`] renders a [`scene::Scene`] pass by pass into a [`pass::Recorder`]. What each pass computes
+//! is in [`techniques`]. Every bit is the same on every machine; ARCHITECTURE.md says why, and how that is
+//! proved.
 //!
 //! A frame, from a scene's text to the digest of each pass that ran:
 //!
@@ -28,8 +29,8 @@
 //! # Ok::<(), bitlight::Error>(())
 //! ```
 //!
-//! Spherical harmonics alone: the nine coefficients of a sky that is white above and black below, and the irradiance of
-//! a floor under it, π exactly and 3.14 by nine coefficients.
+//! Spherical harmonics alone: the nine coefficients of a sky that is white above and black below, and the
+//! irradiance of a floor under it, π exactly and 3.14 by nine coefficients.
 //!
 //! ```
 //! use bitlight::sphere::environment::LatLong;

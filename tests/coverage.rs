@@ -1,5 +1,5 @@
-//! Coverage is exact (contract 7): held against integer arithmetic from the snapped vertices on, and against the
-//! rule that a closed surface seen from inside is seen once in every pixel.
+//! Coverage is exact (contract 7): held against integer arithmetic from the snapped vertices on, and against
+//! the rule that a closed surface seen from inside is seen once in every pixel.
 
 use bitlight::numeric::random::{bits, unit};
 use bitlight::raster::{Axes, NONE, View, two_depths, visibility};
@@ -8,8 +8,8 @@ use glam::Vec3;
 
 const SIZE: usize = 32;
 
-/// A view in which the world's x and y are the image's x and y in pixels, y up from the image's lower edge. All
-/// its factors are powers of two, so vertices at multiples of 1/1024 pixel reach the snapping unrounded.
+/// A view in which the world's x and y are the image's x and y in pixels, y up from the image's lower edge.
+/// All its factors are powers of two, so vertices at multiples of 1/1024 pixel reach the snapping unrounded.
 fn screen() -> View {
     let axes = Axes { right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z };
     let half = SIZE as f32 / 2.0;
@@ -113,7 +113,8 @@ fn every_pixel_of_a_jittered_sheet_is_drawn_once() {
             })
             .collect();
         let counts = counts(&positions, &triangles, &screen());
-        // Jittered cells may fold over; a fold is drawn an odd number of times, a seam an even number or none.
+        // Jittered cells may fold over; a fold is drawn an odd number of times, a seam an even number or
+        // none.
         assert!(counts.iter().all(|count| count % 2 == 1), "seed {seed}: {counts:?}");
         assert!(counts.iter().filter(|count| **count == 1).count() > SIZE * SIZE * 3 / 4);
     }
@@ -121,8 +122,8 @@ fn every_pixel_of_a_jittered_sheet_is_drawn_once() {
 
 #[test]
 fn a_solid_seen_from_inside_is_drawn_once_in_every_pixel_though_planes_clip_it() {
-    // An icosahedron around the camera: its triangles run behind the camera (the near plane clips them) and, under
-    // a narrow field of view, far beyond the image (the guard band does).
+    // An icosahedron around the camera: its triangles run behind the camera (the near plane clips them) and,
+    // under a narrow field of view, far beyond the image (the guard band does).
     let solid = bitlight::world::shapes::sphere(1).unwrap();
     let (mut near, mut guard) = (0, 0);
     for trial in 0..200 {
@@ -186,7 +187,8 @@ fn two_depths_are_those_of_the_triangles_drawn_alone() {
     }
 }
 
-/// Triangles of up to 64 pixels are filled in 32 bits, larger ones in 64: on both sides of that the pixels are the same.
+/// Triangles of up to 64 pixels are filled in 32 bits, larger ones in 64: on both sides of that the pixels
+/// are the same.
 #[test]
 fn a_large_triangle_is_filled_like_the_small_ones_that_it_is_made_of() {
     let size = 300;
@@ -232,7 +234,8 @@ fn the_near_plane_cuts_at_its_own_distance() {
         assert!(visibility(&across(z), &[[0, 1, 2]], &view).triangle.iter().all(|id| *id == NONE), "{z}");
     }
     assert!(visibility(&across(-1.001), &[[0, 1, 2]], &view).triangle.contains(&0));
-    // A floor from before the plane to far beyond: row by row at height −½ it lies at 1/2 over the row's tangent.
+    // A floor from before the plane to far beyond: row by row at height −½ it lies at 1/2 over the row's
+    // tangent.
     let floor = [Vec3::new(-9.0, -0.5, -0.6), Vec3::new(9.0, -0.5, -0.6), Vec3::new(0.0, -0.5, -30.0)];
     let seen = visibility(&floor, &[[0, 1, 2]], &view);
     for y in 0..64 {

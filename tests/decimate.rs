@@ -1,5 +1,5 @@
-//! Decimation against what must hold of any surface with fewer triangles. Everything is counted and measured here
-//! from positions alone, by none of the code that decimates.
+//! Decimation against what must hold of any surface with fewer triangles. Everything is counted and measured
+//! here from positions alone, by none of the code that decimates.
 
 use bitlight::store::file;
 use std::collections::BTreeMap;
@@ -86,8 +86,8 @@ fn close(found: f64, expected: f64, part: f64) {
     assert!((found - expected).abs() <= part * expected.abs(), "{found}, not {expected}");
 }
 
-/// What holds of every result: no more than `most`, and no fewer than one less; every vertex used; no triangle folded
-/// onto its neighbour, or without an area; unit normals that are those of a mesh without.
+/// What holds of every result: no more than `most`, and no fewer than one less; every vertex used; no
+/// triangle folded onto its neighbour, or without an area; unit normals that are those of a mesh without.
 fn decimated(mesh: &Mesh, most: usize) -> Mesh {
     let fewer = decimate(mesh.clone(), most).unwrap();
     assert!([most, most - 1].contains(&fewer.triangles.len()), "{} of {most}", fewer.triangles.len());
@@ -280,7 +280,8 @@ fn three_sheets_that_meet_keep_their_common_line() {
         }
         close(extents(&fewer)[0], area, 1e-6);
     }
-    // A triangle on each of 16 edges of the line in each wing, and one more at each far corner but the fans' ends.
+    // A triangle on each of 16 edges of the line in each wing, and one more at each far corner but the fans'
+    // ends.
     let least = decimate(wings.clone(), 1).unwrap_err().remedy.unwrap();
     let least = least.strip_prefix("ask for ").unwrap().strip_suffix(" or more").unwrap().parse().unwrap();
     assert!((48..=51).contains(&least), "{least}");
@@ -384,7 +385,8 @@ proptest! {
             prop_assert!([most, most - 1].contains(&fewer.triangles.len()) );
             let found = kind(&fewer);
             prop_assert_eq!((found.euler, found.pieces, found.crossings, found.pinches), (1, 1, 0, 0));
-            // Seen from above, hardly any of it is turned over: needles may be, by several collapses (the most seen is 1.6).
+            // Seen from above, hardly any of it is turned over: needles may be, by several collapses (the
+            // most seen is 1.6).
             let seen = corners(&fewer).map(|[a, b, c]| (b - a).cross(c - a).z / 2.0);
             let over: f64 = seen.filter(|area| *area < 0.0).sum();
             prop_assert!(over > -3.2, "{over} of 64");

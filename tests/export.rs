@@ -1,5 +1,6 @@
-//! `bitlight export` suffices: a reader of its files alone, in plain `f64` and with the papers' equations, comes to the
-//! passes that `bitlight render` recorded. What the files say of conventions is read, not assumed: a wrong word is red.
+//! `bitlight export` suffices: a reader of its files alone, in plain `f64` and with the papers' equations,
+//! comes to the passes that `bitlight render` recorded. What the files say of conventions is read, not
+//! assumed: a wrong word is red.
 #![cfg(feature = "cli")]
 
 use bitlight::pass::Data;
@@ -246,7 +247,8 @@ impl Frame {
         values
     }
 
-    /// Irradiance of nine coefficients at a unit vector, by the basis and the factors of the bands; at least 0.
+    /// Irradiance of nine coefficients at a unit vector, by the basis and the factors of the bands; at
+    /// least 0.
     fn irradiance(&self, coefficients: &[f64; 9], direction: Vec3) -> f64 {
         let factors = self.vector("/conventions/spherical_harmonics/irradiance/a");
         let band = [0, 1, 1, 1, 2, 2, 2, 2, 2];
@@ -289,8 +291,8 @@ impl Frame {
         }
     }
 
-    /// Some fifty pixels that see a surface, with the ray's point and normal, away from edges of triangles: there the
-    /// snapping of corners does not decide.
+    /// Some fifty pixels that see a surface, with the ray's point and normal, away from edges of triangles:
+    /// there the snapping of corners does not decide.
     fn pixels(&self) -> Vec<(usize, Vec3, Vec3)> {
         let camera = self.camera();
         let seen = self.pass("visibility", "Y");
@@ -497,7 +499,8 @@ fn a_ray_through_each_texel_finds_the_distance_and_depth_of_the_shadow_map() {
             }
             let Some((.., point, _, depth)) = seen else { continue };
             surfaces += 1;
-            // Snapping moves edges by 1/512 texel, which shows where the surface is steep or another lies behind.
+            // Snapping moves edges by 1/512 texel, which shows where the surface is steep or another lies
+            // behind.
             if (depths[index] - depth).abs() > 3e-4 {
                 other += 1;
                 continue;

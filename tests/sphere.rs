@@ -18,8 +18,8 @@ fn basis(bands: usize, direction: [f64; 3]) -> Vec<f64> {
     values
 }
 
-/// The path of an asset, or `None` with a line that says why the test is skipped: past the harness, which would
-/// keep what a passing test prints to itself.
+/// The path of an asset, or `None` with a line that says why the test is skipped: past the harness, which
+/// would keep what a passing test prints to itself.
 fn asset(name: &str) -> Option<PathBuf> {
     let mut screen = std::io::stderr();
     let Some(folder) = std::env::var_os("BITLIGHT_ASSETS") else {
@@ -222,8 +222,8 @@ fn irradiance_is_the_corrected_quadratic_form() {
     }
 }
 
-/// The root mean square over all normals, alike likely, of the difference of two irradiances, over the first's mean; the
-/// rule is exact for the square of a form of second degree.
+/// The root mean square over all normals, alike likely, of the difference of two irradiances, over the
+/// first's mean; the rule is exact for the square of a form of second degree.
 fn relative_rms(truth: &[[f32; 4]; 4], other: &[[f32; 4]; 4]) -> f64 {
     let (mut mean, mut square) = (0.0, 0.0);
     for (normal, weight) in quadrature::product(4) {
@@ -235,8 +235,8 @@ fn relative_rms(truth: &[[f32; 4]; 4], other: &[[f32; 4]; 4]) -> f64 {
     square.sqrt() / mean
 }
 
-/// On the red of the published Grace probe T1's misprint changes irradiance by 28 % of its mean, T2's letter by 69 %, and
-/// T9's constants by 10⁻⁶.
+/// On the red of the published Grace probe T1's misprint changes irradiance by 28 % of its mean, T2's letter
+/// by 69 %, and T9's constants by 10⁻⁶.
 #[test]
 fn the_letter_changes_the_irradiance_of_grace_as_published() {
     let grace = &PROBES.iter().find(|(name, _)| name.eq_ignore_ascii_case("grace")).unwrap().1;

@@ -1,5 +1,5 @@
-//! What the source may not do, read from the source: imports run downward, files and clocks are reached from two places,
-//! and nothing outside their folder knows a technique by its name.
+//! What the source may not do, read from the source: imports run downward, files and clocks are reached from
+//! two places, and nothing outside their folder knows a technique by its name.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,6 @@
-//! A technique is a row: a toy of two passes, with a key and an axis of its own, goes through the functions that all
-//! techniques go through, and through nothing else. And each row that there is keeps what rows promise.
+//! A technique is a row: a toy of two passes, with a key and an axis of its own, goes through the functions
+//! that all techniques go through, and through nothing else. And each row that there is keeps what rows
+//! promise.
 
 use bitlight::Error;
 use bitlight::compare::{Golden, Verdict};
@@ -209,7 +210,8 @@ fn another(key: &Key) -> Option<String> {
     candidates.into_iter().find(|candidate| Value::parse(candidate) != Value::parse(now))
 }
 
-/// A key that nobody reads, or a word that means what another means, does nothing: each must change what it sets.
+/// A key that nobody reads, or a word that means what another means, does nothing: each must change what it
+/// sets.
 #[test]
 fn every_key_of_a_technique_changes_its_settings() {
     use bitlight::techniques::{prt, translucency};

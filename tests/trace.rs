@@ -1,4 +1,5 @@
-//! `trace/` against a loop over all triangles that shares no code with it, and against facts about closed meshes.
+//! `trace/` against a loop over all triangles that shares no code with it, and against facts about closed
+//! meshes.
 #![allow(clippy::disallowed_methods, reason = "an oracle may use the standard library")]
 #![allow(clippy::print_stdout, reason = "figures of a test")]
 
@@ -25,8 +26,8 @@ fn in_box([a, b, c]: [Vec3; 3], ray: &Ray) -> (f32, f32) {
     (near * (1.0 - 5e-7), far * (1.0 + 5e-7))
 }
 
-/// The nearest hit by the text of Woop, Benthin and Wald 2013 in `f64`, over all triangles; `boxed` adds the triangles'
-/// own boxes to what a hit is.
+/// The nearest hit by the text of Woop, Benthin and Wald 2013 in `f64`, over all triangles; `boxed` adds the
+/// triangles' own boxes to what a hit is.
 fn plain(mesh: &Mesh, ray: &Ray, boxed: bool) -> Option<Hit> {
     let d = ray.direction.as_dvec3().to_array();
     let mut kz = 0;
@@ -84,8 +85,8 @@ fn random3(element: u64, dimension: u64) -> Vec3 {
     Vec3::new(random(element, dimension), random(element, dimension + 1), random(element, dimension + 2))
 }
 
-/// Rays that are hard for a mesh: by turns random, axis-parallel, within a plane of a box, through a corner, through an
-/// edge's middle, grazing, from a corner, from within a triangle, from far away.
+/// Rays that are hard for a mesh: by turns random, axis-parallel, within a plane of a box, through a corner,
+/// through an edge's middle, grazing, from a corner, from within a triangle, from far away.
 fn ray(mesh: &Mesh, number: u64) -> Ray {
     let bounds = mesh.bounds();
     let (center, radius) = (bounds.center(), bounds.radius());
@@ -244,8 +245,8 @@ fn a_tree_fitted_to_another_pose_finds_that_poses_hits() {
     }
 }
 
-/// From within a closed mesh every ray meets it, and from outside it meets the mesh an even number of times unless it
-/// touches an edge: no ray slips between two triangles.
+/// From within a closed mesh every ray meets it, and from outside it meets the mesh an even number of times
+/// unless it touches an edge: no ray slips between two triangles.
 #[test]
 fn no_ray_leaves_a_closed_mesh() {
     let count = if cfg!(debug_assertions) { 20_000 } else { 200_000 };

@@ -99,8 +99,8 @@ fn skip(name: &str, why: &str) -> Option<PathBuf> {
     None
 }
 
-/// Reads a model, holds the place of every corner against what a reader of the plainest files sees, and returns
-/// its facts.
+/// Reads a model, holds the place of every corner against what a reader of the plainest files sees, and
+/// returns its facts.
 fn read(path: &PathBuf) -> Facts {
     let mesh = file::read_obj(path).unwrap();
     check(&mesh);

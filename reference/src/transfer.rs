@@ -1,5 +1,5 @@
-//! Radiance transfer at a vertex: the integrals that Nowrouzezahrai et al. and Feng et al. shade with, as sums over
-//! any rule of directions and weights, by brute force over all triangles.
+//! Radiance transfer at a vertex: the integrals that Nowrouzezahrai et al. and Feng et al. shade with, as
+//! sums over any rule of directions and weights, by brute force over all triangles.
 //!
 //! Every function takes the rule, so that a fast implementation can be held against the same sum.
 
@@ -50,7 +50,8 @@ pub fn vector_as_printed(origin: Vec3, normal: Vec3, bands: u32, rule: &Rule, me
     })
 }
 
-/// T of Feng et al., Eq. 5: M_ij = ∫ V(ω) y_i(Rω) y_j(ω) dω by rows; R has the rows `frame` (tangent, bitangent, normal).
+/// T of Feng et al., Eq. 5: M_ij = ∫ V(ω) y_i(Rω) y_j(ω) dω by rows; R has the rows `frame` (tangent,
+/// bitangent, normal).
 pub fn matrix(origin: Vec3, frame: [Vec3; 3], bands: u32, rule: &Rule, mesh: &[Triangle]) -> Vec<f64> {
     let functions = (bands * bands) as usize;
     integrate(functions * functions, rule, |direction| {
@@ -61,8 +62,8 @@ pub fn matrix(origin: Vec3, frame: [Vec3; 3], bands: u32, rule: &Rule, mesh: &[T
     })
 }
 
-/// B of Feng et al., Eq. 5, with the cosine in it: B_kl = ∫∫ y_k(o) f(i, o) max(0, i_z) y_l(i) di do by rows, the
-/// BRDF f given light and exit in the local frame.
+/// B of Feng et al., Eq. 5, with the cosine in it: B_kl = ∫∫ y_k(o) f(i, o) max(0, i_z) y_l(i) di do by rows,
+/// the BRDF f given light and exit in the local frame.
 pub fn brdf_matrix(f: impl Fn(Vec3, Vec3) -> f64, bands: u32, rule: &Rule) -> Vec<f64> {
     let functions = (bands * bands) as usize;
     integrate(functions * functions, rule, |exit| {
@@ -94,8 +95,8 @@ pub struct Vertices<'a> {
     pub frames: &'a [[Vec3; 3]],
 }
 
-/// One diffuse bounce (Sloan, Kautz and Snyder 2002): (1/π) ∫ max(0, n·ω) s dω, s interpolated where a direction meets a
-/// triangle from the front, 0 elsewhere.
+/// One diffuse bounce (Sloan, Kautz and Snyder 2002): (1/π) ∫ max(0, n·ω) s dω, s interpolated where a
+/// direction meets a triangle from the front, 0 elsewhere.
 pub fn diffuse_bounce(mesh: &Vertices, vertex: usize, source: &[f64], rule: &Rule) -> f64 {
     let sum = integrate(1, rule, |direction| {
         let cosine = positive(dot(mesh.frames[vertex][2], direction));
@@ -104,7 +105,8 @@ pub fn diffuse_bounce(mesh: &Vertices, vertex: usize, source: &[f64], rule: &Rul
     sum[0]
 }
 
-/// One glossy bounce: the matrix of the light that arrives at a vertex from vertices whose own matrices are `before`.
+/// One glossy bounce: the matrix of the light that arrives at a vertex from vertices whose own matrices are
+/// `before`.
 pub fn glossy_bounce(
     mesh: &Vertices,
     vertex: usize,
@@ -134,7 +136,8 @@ pub fn glossy_bounce(
     })
 }
 
-/// What `of` gives at the corners of the triangle that a direction meets from the front, interpolated; 0 where none is.
+/// What `of` gives at the corners of the triangle that a direction meets from the front, interpolated; 0
+/// where none is.
 fn met(mesh: &Vertices, vertex: usize, direction: Vec3, of: impl Fn(usize) -> f64) -> f64 {
     if dot(mesh.frames[vertex][2], direction) <= 0.0 {
         return 0.0;
@@ -148,11 +151,11 @@ fn met(mesh: &Vertices, vertex: usize, direction: Vec3, of: impl Fn(usize) -> f6
     }
 }
 
-/// The transfer of singly scattered light to an exit at `cosine` from a slab of that `thickness` under any light, normal +z,
-/// isotropic scattering (Jensen et al. 2001, Eq. 6, whose integral along the exit's refracted ray is elementary there):
-/// σ_s F_t(o) ∫ F_t(ω) / 4π D(ω) y(ω) dω. With μ' the cosines inside and S = thickness / μ'_o, light from above has
-/// D = ∫₀^S e^(−σ_t s (1 + μ'_o/μ'_i)) ds, light from below e^(−σ_t thickness/μ'_i) ∫₀^S e^(−σ_t s (1 − μ'_o/μ'_i)) ds. A half-space
-/// is infinitely thick.
+/// The transfer of singly scattered light to an exit at `cosine` from a slab of that `thickness` under any
+/// light, normal +z, isotropic scattering (Jensen et al. 2001, Eq. 6, whose integral along the exit's
+/// refracted ray is elementary there): σ_s F_t(o) ∫ F_t(ω) / 4π D(ω) y(ω) dω. With μ' the cosines inside and
+/// S = thickness / μ'_o, light from above has D = ∫₀^S e^(−σ_t s (1 + μ'_o/μ'_i)) ds, light from below
+/// e^(−σ_t thickness/μ'_i) ∫₀^S e^(−σ_t s (1 − μ'_o/μ'_i)) ds. A half-space is infinitely thick.
 ///
 /// σ_s is the medium's σ'_s: isotropic scattering has no other.
 pub fn slab_single_scattering(
@@ -186,8 +189,8 @@ pub fn slab_single_scattering(
     })
 }
 
-/// Multiple scattering at a vertex, B/π: (1/π) Σ A_u R_d(|x − x_u|) E_u over all other vertices, and over the disc of its own
-/// area, by rings, about itself.
+/// Multiple scattering at a vertex, B/π: (1/π) Σ A_u R_d(|x − x_u|) E_u over all other vertices, and over the
+/// disc of its own area, by rings, about itself.
 pub fn multiple_scattering(
     positions: &[Vec3],
     areas: &[f64],

@@ -1,12 +1,13 @@
 //! Light between the parts of a mesh: what blocked directions meet, and diffuse interreflection along them.
 //!
-//! A blocked direction looks up what leaves the nearest triangle, interpolated between its corners (Sloan, Kautz and Snyder
-//! 2002). The operator (G s)(x) = (1/π) ∫_blocked max(0, n·ω) s(y(x, ω)) dω takes any source s that is given at the vertices:
-//! transfer vectors, or plain radiance. Diffuse transfer after k bounces is Σ_{j ≤ k} ρ^{j+1} G^j T.
+//! A blocked direction looks up what leaves the nearest triangle, interpolated between its corners (Sloan,
+//! Kautz and Snyder 2002). The operator (G s)(x) = (1/π) ∫_blocked max(0, n·ω) s(y(x, ω)) dω takes any source
+//! s that is given at the vertices: transfer vectors, or plain radiance. Diffuse transfer after k bounces is
+//! Σ_{j ≤ k} ρ^{j+1} G^j T.
 //!
-//! A triangle that is met from behind sends nothing. Where a surface is a saddle, directions just above a vertex's horizon
-//! run below the triangles around it and meet some from behind: that light is lost. A white knot of 720 vertices under
-//! constant light so keeps between 99.8 and 100 % of it after 30 bounces.
+//! A triangle that is met from behind sends nothing. Where a surface is a saddle, directions just above a
+//! vertex's horizon run below the triangles around it and meet some from behind: that light is lost. So a
+//! white knot of 720 vertices under constant light keeps between 99.8 and 100 % of it after 30 bounces.
 
 use super::{Directions, Estimate, RUN, Visibility};
 use crate::numeric::lanes::wide;
@@ -22,7 +23,7 @@ use std::f64::consts::PI;
 pub struct Meeting {
     /// The direction's index.
     pub direction: u32,
-    /// The triangle's.
+    /// The triangle's index.
     pub triangle: u32,
     /// Weights of its second and third corner.
     pub weights: [f32; 2],
@@ -44,8 +45,8 @@ pub struct Meetings {
     ends: Vec<usize>,
     /// By vertex, then by direction.
     all: Vec<Meeting>,
-    /// For each vertex Σ Δω and Σ max(0, n·ω) Δω over all directions above its horizon: 2π and π but for the quadrature's
-    /// error.
+    /// For each vertex Σ Δω and Σ max(0, n·ω) Δω over all directions above its horizon: 2π and π but for the
+    /// quadrature's error.
     hemispheres: Vec<[f64; 2]>,
 }
 
@@ -56,8 +57,8 @@ impl Meetings {
         &self.all[start..self.ends[vertex]]
     }
 
-    /// What a vertex's sums over solid angle are to be multiplied by, so that they are right for a constant: without the
-    /// cosine and with it. 1 for the plain sum, and where there is no hemisphere.
+    /// The factors that make a vertex's sums over solid angle right for a constant: for sums without the
+    /// cosine, and for sums with it. 1 for the plain sum, and where there is no hemisphere.
     pub(super) fn scales(&self, vertex: usize, estimate: Estimate) -> [f64; 2] {
         let [solid, cosine] = self.hemispheres[vertex];
         if estimate == Estimate::Plain || cosine == 0.0 { [1.0; 2] } else { [2.0 * PI / solid, PI / cosine] }
@@ -111,7 +112,8 @@ pub fn meetings(mesh: &Mesh, directions: &Directions, visibility: &Visibility) -
     meetings
 }
 
-/// Whether what travels along `direction` comes from the side from which the corners run counter-clockwise.
+/// Whether a ray along `direction` meets the triangle from the front, the side from which the corners run
+/// counter-clockwise.
 pub(crate) fn front([a, b, c]: [Vec3; 3], direction: Vec3) -> bool {
     let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
     (b - a).cross(c - a).dot(direction.as_dvec3()) < 0.0
@@ -123,11 +125,12 @@ fn cosine(normal: Vec3, [x, y, z]: [f64; 3]) -> f64 {
     if cosine > 0.0 { cosine } else { 0.0 }
 }
 
-/// What arrives at every vertex of a `source` given at the vertices, `[vertices][width]`, and would leave a white one:
-/// (1/π) ∫ max(0, n·ω) s dω over what is met.
+/// What arrives at every vertex from a `source` given at the vertices, `[vertices][width]`, and would leave a
+/// white vertex again: (1/π) ∫ max(0, n·ω) s dω over what is met.
 ///
-/// Under [`Estimate::Control`] the weights of a vertex are scaled so that those of its hemisphere, the visible part
-/// included, sum to 1: a source that is everywhere 1 adds to the sky's share in [`super::vectors`] what lacks to 1.
+/// Under [`Estimate::Control`] the weights of a vertex are scaled so that those of its hemisphere, the
+/// visible part included, sum to 1: a source that is everywhere 1 adds what the sky's share in
+/// [`super::vectors`] lacks to 1.
 ///
 /// # Panics
 /// Where `source` has not `width` items for each vertex.
@@ -171,11 +174,11 @@ wide! {
     }
 }
 
-/// Transfer vectors with `bounces` diffuse interreflections, RGB, `[vertices][bands²][3]`, albedo included: times L they
-/// give the radiance that leaves.
+/// Transfer vectors with `bounces` diffuse interreflections, RGB, `[vertices][bands²][3]`, albedo included:
+/// times L they give the radiance that leaves.
 ///
-/// `direct` are [`super::vectors`] (albedo 1). The albedo is one for the whole mesh, so each bounce is gathered once for
-/// all three colours.
+/// `direct` are [`super::vectors`] (albedo 1). The albedo is one for the whole mesh, so each bounce is
+/// gathered once for all three colours.
 ///
 /// # Panics
 /// Where `direct` has not `bands`² items for each vertex.

@@ -1,12 +1,13 @@
 //! The matrix of a BRDF: B of Feng et al. 2007, Eq. 5.
 //!
-//! For light with coefficients l in the local frame, y(o)·B l is the radiance that leaves towards o:
-//! B_kl = ∫∫ y_k(o) f(i, o) max(0, i_z) y_l(i) di do. The cosine is part of B. A BRDF is 0 below the horizon, where the
-//! series of a few bands is not; for exact exits there are [`rows`], which expand the light's side alone, as the paper
-//! does for its views.
+//! For light with coefficients l in the local frame, y(o)·B l is the radiance that leaves towards o: B_kl =
+//! ∫∫ y_k(o) f(i, o) max(0, i_z) y_l(i) di do. The cosine is part of B. A BRDF is 0 below the horizon, where
+//! the series of a few bands is not. For exact exits there are [`rows`], which expand the light's side alone,
+//! as the paper does for its views.
 //!
-//! Every BRDF here is isotropic and mirror-symmetric: it depends on the azimuths by the cosines of multiples of their
-//! difference. So one azimuth of the exit tells all, and B couples a function of order m with those of the same m.
+//! Every BRDF here is isotropic and mirror-symmetric: it depends on the azimuths by the cosines of multiples
+//! of their difference. So one azimuth of the exit is enough, and B couples a function of order m only with
+//! those of the same m.
 
 use crate::numeric::order::max;
 use crate::sphere::quadrature::gauss_legendre;
@@ -18,8 +19,8 @@ use std::f64::consts::PI;
 /// The fewest nodes of z over the hemisphere, for each side; there are twice as many equal steps of azimuth.
 const HEIGHTS: usize = 64;
 
-/// How many nodes of z a lobe needs: three for each of the widths 1/√e of a Phong lobe in a radian. Beckmann's facets of
-/// slope m spread light as a Phong exponent of 1/(2 m²) does.
+/// How many nodes of z a lobe needs: three times as many as there are widths 1/√e of a Phong lobe of exponent
+/// e in a radian. Beckmann's facets of slope m spread light as a Phong exponent of 1/(2 m²) does.
 fn count(brdf: &Brdf) -> usize {
     let exponent = match brdf.gloss {
         Gloss::None => 0.0,
@@ -45,13 +46,13 @@ fn rounded(direction: [f64; 3]) -> Vec3 {
     Vec3::from_array(direction.map(|component| component as f32))
 }
 
-/// The coefficients of f(·, o) max(0, i_z) for each exit o (unit, local), RGB, `[exits][bands²]`: with light l in the
-/// local frame, row·l is the radiance towards o. 0 for an exit that is not above the surface.
+/// The coefficients of f(·, o) max(0, i_z) for each exit o (unit, local), RGB, `[exits][bands²]`: with light
+/// l in the local frame, row·l is the radiance towards o. 0 for an exit that is not above the surface.
 ///
-/// The BRDF is evaluated in `f32` at 64 heights by 128 azimuths, and at more for lobes narrower than that of a Phong
-/// exponent of 455: exact to 2 · 10⁻⁷ for an exponent of 60, to 3 · 10⁻⁵ for all up to 10,000, and to 3 · 10⁻⁴ for
-/// roughness 0.01, up to exits of 53°. Cook and Torrance's highlight at grazing exits is narrower than any step: that is
-/// 1.5 · 10⁻³ of the first entry of [`matrix`] at roughness 0.4.
+/// The BRDF is evaluated in `f32` at 64 heights by 128 azimuths, and at more for lobes narrower than that of
+/// a Phong exponent of 455: exact to 2 · 10⁻⁷ for an exponent of 60, to 3 · 10⁻⁵ for all up to 10,000, and to
+/// 3 · 10⁻⁴ for roughness 0.01, up to exits of 53°. Cook and Torrance's highlight at grazing exits is
+/// narrower than any step: that is 1.5 · 10⁻³ of the first entry of [`matrix`] at roughness 0.4.
 ///
 /// # Panics
 /// Where `bands` exceeds [`sh::MAX_BANDS`].
@@ -64,7 +65,7 @@ pub fn rows(brdf: &Brdf, bands: usize, exits: &[Vec3]) -> Vec<[f32; 3]> {
     rows
 }
 
-/// What a light's direction needs: itself, cosine times solid angle, and the basis there.
+/// A direction of light, its cosine times solid angle, and the basis there.
 struct Node {
     direction: Vec3,
     weight: f64,

@@ -7,11 +7,13 @@ use crate::world::medium::Medium;
 use crate::world::mesh::Mesh;
 use std::f64::consts::FRAC_1_PI;
 
-/// The transfer vector of every vertex for albedo 1, `[vertices][bands²]`, order l² + l + m: T·L is the radiance that a
-/// white diffuse surface sends out in light L. Under [`Reading::Paper`] it lacks cosine and 1/π.
+/// The transfer vector of every vertex for albedo 1, `[vertices][bands²]`, order l² + l + m: T·L is the
+/// radiance that a white diffuse surface sends out in light L. Under [`Reading::Paper`] it lacks cosine and
+/// 1/π.
 ///
 /// # Panics
-/// Where `bands` exceeds [`crate::sphere::sh::MAX_BANDS`], or `visibility` is not that of `mesh` and `directions`.
+/// Where `bands` exceeds [`crate::sphere::sh::MAX_BANDS`], or `visibility` is not that of `mesh` and
+/// `directions`.
 pub fn vectors(
     mesh: &Mesh,
     directions: &Directions,

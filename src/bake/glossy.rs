@@ -1,10 +1,10 @@
 //! Glossy interreflection: what blocked directions bring from surfaces with any BRDF.
 //!
 //! With M_q the transfer matrix of a vertex q, the radiance that leaves it towards the world's direction o is
-//! y(D_q o)·B M_q L = y(o)·X_q L, X_q = D_qᵀ B M_q. Where the direction ω of a vertex x meets a triangle, the matrix of x gains
-//! y(R_x ω) ⊗ y(−ω)·Σ w_q X_q over the triangle's corners, times the solid angle. One bounce does this once to the
-//! matrices of the bounce before; transfer is the sum over all. Exit radiance is the series of B in `bands` bands, also for
-//! exits below a corner's own horizon.
+//! y(D_q o)·B M_q L = y(o)·X_q L, X_q = D_qᵀ B M_q. Where the direction ω of a vertex x meets a triangle, the
+//! matrix of x gains y(R_x ω) ⊗ y(−ω)·Σ w_q X_q over the triangle's corners, times the solid angle. One
+//! bounce does this once to the matrices of the bounce before; transfer is the sum over all. Exit radiance is
+//! the series of B in `bands` bands, also for exits below a corner's own horizon.
 
 use super::bounce::Meetings;
 use super::frame::frame;
@@ -15,10 +15,11 @@ use crate::sphere::rotation::Rotation;
 use crate::sphere::sh;
 use crate::world::mesh::Mesh;
 
-/// Transfer matrices with `bounces` interreflections, RGB, `[vertices][bands²][bands²][3]`, from the `direct` ones
-/// ([`super::matrices`] of all vertices) and a BRDF's `matrix` ([`super::brdf::matrix`]).
+/// Transfer matrices with `bounces` interreflections, RGB, `[vertices][bands²][bands²][3]`, from the `direct`
+/// ones ([`super::matrices`] of all vertices) and a BRDF's `matrix` ([`super::brdf::matrix`]).
 ///
-/// Memory: three times the result while a bounce is computed, of 12 bands⁴ bytes a vertex, beside `direct`.
+/// Memory: the result has 12 bands⁴ bytes a vertex, and a bounce takes three times that while it is computed,
+/// beside `direct`.
 ///
 /// # Panics
 /// Where `direct` has not bands⁴ items a vertex, or `matrix` not bands⁴.
@@ -67,7 +68,7 @@ fn exits(mesh: &Mesh, bands: usize, brdf: &[[f32; 3]], matrices: &mut [f32]) {
         let mut leaving = vec![0.0; functions * width];
         for (sums, factors) in leaving.chunks_exact_mut(width).zip(brdf.chunks_exact(functions)) {
             for (factor, row) in factors.iter().zip(matrix.chunks_exact(width)) {
-                // An isotropic BRDF has few others.
+                // Of an isotropic BRDF most factors are 0.
                 if *factor != [0.0; 3] {
                     add_coloured(sums, factor.map(f64::from), row);
                 }
@@ -78,7 +79,7 @@ fn exits(mesh: &Mesh, bands: usize, brdf: &[[f32; 3]], matrices: &mut [f32]) {
     });
 }
 
-/// The matrices of the light that arrives from what leaves.
+/// The matrices of arriving light, from those of leaving light.
 fn arrive(
     mesh: &Mesh,
     directions: &Directions,

@@ -1,9 +1,9 @@
 //! Transfer matrices of glossy surfaces without interreflection: T of Feng et al. 2007, Eq. 5.
 //!
-//! M_ij = ∫ V(ω) y_i(R ω) y_j(ω) dω, where R is the vertex's [`frame`]: M L are the coefficients, in that frame, of
-//! the radiance that arrives. V includes the horizon, so M without occluders is the hemisphere's Gram matrix turned. Turning
-//! one side of a product matrix is a product with the rotation of the basis: y(R ω) = D y(ω), so M = D G with
-//! G_ij = ∫ V y_i y_j dω ([`super::triple`]).
+//! M_ij = ∫ V(ω) y_i(R ω) y_j(ω) dω, where R is the vertex's [`frame`]: M L are the coefficients, in that
+//! frame, of the radiance that arrives. V includes the horizon, so M without occluders is the hemisphere's
+//! Gram matrix turned. Turning one side of a product matrix is a product with the rotation of the basis: y(R
+//! ω) = D y(ω), so M = D G with G_ij = ∫ V y_i y_j dω ([`super::triple`]).
 
 use super::frame::frame;
 use super::project::project;
@@ -51,11 +51,12 @@ impl Matrices {
     }
 }
 
-/// The transfer matrices of `vertices`, by rows, `[vertices][bands²][bands²]`: row i is a function of the local frame,
-/// column j one of the world.
+/// The transfer matrices of `vertices`, by rows, `[vertices][bands²][bands²]`: row i is a function of the
+/// local frame, column j one of the world.
 ///
 /// # Panics
-/// Where `bands` is not in 1 to 16, `vertices` are not the mesh's, or `visibility` is not that of `mesh` and `directions`.
+/// Where `bands` is not in 1 to 16, `vertices` are not the mesh's, or `visibility` is not that of `mesh` and
+/// `directions`.
 pub fn matrices(
     mesh: &Mesh,
     directions: &Directions,

@@ -1,9 +1,10 @@
 //! Projection onto the basis of V(ω) times a weight that depends on the angle to the normal alone:
 //! ∫ V(ω) k(n·ω) y_i(ω) dω, as a sum over directions.
 //!
-//! One kernel serves all that follows: k = 1 gives the visibility itself (and the printed vectors), k = cos/π the
-//! corrected ones, k = cos F_t what enters a translucent solid. Without occluders the integral is known: a zonal function's
-//! coefficients are those of its profile, z_l = 2π ∫₀¹ k(c) P_l(c) dc, times y_i(n) (Ramamoorthi and Hanrahan 2001, §3).
+//! One kernel serves all that follows: k = 1 gives the visibility itself (and the printed vectors), k = cos/π
+//! the corrected ones, k = cos F_t what enters a translucent solid. Without occluders the integral is known:
+//! a zonal function's coefficients are those of its profile, z_l = 2π ∫₀¹ k(c) P_l(c) dc, times y_i(n)
+//! (Ramamoorthi and Hanrahan 2001, §3).
 
 use super::{Directions, Estimate, RUN, Visibility};
 use crate::numeric::lanes::wide;
@@ -76,7 +77,8 @@ pub(super) fn zonal(bands: usize, k: impl Fn(f64) -> f64) -> Vec<f64> {
     integrals
 }
 
-/// Appends the directions whose bits are set, in order, each with k of its cosine to `normal` times its solid angle.
+/// Appends the directions whose bits are set, in order, each with k of its cosine to `normal` times its solid
+/// angle.
 fn terms(
     directions: &Directions,
     normal: [f64; 3],
@@ -92,15 +94,15 @@ fn terms(
             rest &= rest - 1;
             let [x, y, z] = directions.exact[direction];
             let cosine = normal[0] * x + normal[1] * y + normal[2] * z;
-            // The horizon was decided in `f32`: on it, the exact direction may lie below by a rounding.
+            // The horizon was decided in `f32`. A direction on it may lie below it by a rounding.
             let cosine = if cosine > 0.0 { cosine } else { 0.0 };
             terms.push((direction as u32, solid_angle * k(cosine)));
         }
     }
 }
 
-/// ∫ V(ω) k(n·ω) y_i(ω) dω of each of `vertices` in `f64`, handed to `put` with the vertex and its `width` items of the
-/// result.
+/// ∫ V(ω) k(n·ω) y_i(ω) dω of each of `vertices` in `f64`, handed to `put` with the vertex and its `width`
+/// items of the result.
 #[expect(clippy::too_many_arguments, reason = "the integral's parts, each its own")]
 pub(super) fn project<T: Clone + Default + Send>(
     mesh: &Mesh,
@@ -137,8 +139,8 @@ pub(super) fn project<T: Clone + Default + Send>(
     results
 }
 
-/// Adds to `sums`, over the visible directions, the visible part of what the sum over the whole hemisphere (`sums` + `rest`)
-/// lacks.
+/// Adds to `sums`, which are over the visible directions, the visible part of what the sums over the whole
+/// hemisphere (`sums` + `rest`) lack.
 fn control(
     profile: &[f64],
     normal: [f64; 3],

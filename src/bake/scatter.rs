@@ -1,18 +1,19 @@
 //! Multiple scattering in a translucent solid: the dipole integrated over the mesh.
 //!
-//! B(x) = ∫ R_d(|x − x'|) E(x') dA' (Jensen, Marschner, Levoy and Hanrahan 2001, Eq. 4 and 5; as transfer: Wang, Tran and
-//! Luebke 2005), where E is the transfer of the irradiance that enters ([`super::irradiance`]). A vertex stands for a
-//! third of each triangle around it. For the others its area is a point; for itself it is the disc of that area, over which
-//! the kernel has a closed integral: so where light spreads less than the mesh resolves, each vertex returns R_d of what it
-//! receives, as it should, and not the kernel's peak times any area.
+//! B(x) = ∫ R_d(|x − x'|) E(x') dA' (Jensen, Marschner, Levoy and Hanrahan 2001, Eq. 4 and 5; as transfer:
+//! Wang, Tran and Luebke 2005), where E is the transfer of the irradiance that enters
+//! ([`super::irradiance`]). A vertex stands for a third of each triangle around it. To other vertices this
+//! area is a point. To the vertex itself it is a disc of that area, over which the kernel has a closed
+//! integral. So where light spreads less than the mesh resolves, each vertex returns R_d of what it receives,
+//! as it should, and not the kernel's peak times some area.
 //!
-//! So the middle of an evenly lit sheet returns R_d where the cells are far below a mean free path 1/σ't or far above;
-//! between, points stand badly for cells, and up to a ninth is missing (most at two to three mean free paths; with little
-//! absorption a twentieth still at ten).
+//! So the middle of an evenly lit sheet returns R_d where the vertices' cells are far below a mean free path
+//! 1/σ't, or far above. In between, a point stands badly for a cell, and up to a ninth is missing: most at
+//! two to three mean free paths, and with little absorption still a twentieth at ten.
 //!
-//! The sum over all pairs is quadratic. Far vertices can be taken together in an octree (Jensen and Buhler 2002): a node
-//! whose area A at distance d spans less than `spread` = A/d² counts as one point, its irradiance weighted by area. `spread` = 0
-//! opens every node and is the sum over all pairs.
+//! The sum over all pairs is quadratic. Far vertices can be taken together in an octree (Jensen and Buhler
+//! 2002): a node of area A at distance d whose A/d² is less than `spread` counts as one point, its irradiance
+//! weighted by area. `spread` = 0 opens every node and is the sum over all pairs.
 
 use super::RUN;
 use crate::numeric::lanes::wide;
@@ -30,11 +31,12 @@ const LEAF: usize = 8;
 /// Levels of the octree: bits of a coordinate.
 const LEVELS: u32 = 21;
 
-/// What leaves each vertex after multiple scattering, RGB, `[vertices][bands²][3]`: B/π, so that times L, and times
-/// Fresnel's transmittance towards the eye, it is radiance.
+/// What leaves each vertex after multiple scattering, RGB, `[vertices][bands²][3]`: B/π, so that times L, and
+/// times Fresnel's transmittance towards the eye, it is radiance.
 ///
-/// `irradiance` has `functions` = bands² items a vertex; `medium` is in the mesh's unit. `spread` is the largest solid angle of
-/// a node that counts as one point, 0 for none; about 0.1 keeps the error below a percent.
+/// `irradiance` has `functions` = bands² items a vertex; `medium` is in the mesh's unit. `spread` is the
+/// largest solid angle of a node that counts as one point, 0 for none; about 0.1 keeps the error below a
+/// percent.
 ///
 /// # Panics
 /// Where `irradiance` has another length, or `spread` is negative or no number.
@@ -225,20 +227,21 @@ impl Tree {
                     add(sums, kernel, &self.own[place * functions..(place + 1) * functions]);
                 }
             } else {
-                // The last that is pushed is the first to be looked at: children in their order.
+                // In reverse, since the last that is pushed is visited first: so children come in their
+                // order.
                 open.extend(node.children.iter().rev());
             }
         }
     }
 }
 
-/// The bits of a coordinate two apart.
+/// The bits of a coordinate, with two zeros between neighbours.
 fn spaced(x: u64) -> u64 {
     (0..LEVELS).fold(0, |spaced, bit| spaced | (x >> bit & 1) << (3 * bit))
 }
 
 wide! {
-    /// Adds a row to each of three, times that one's weight.
+    /// Adds a row to each of three sums, times that sum's weight.
     fn add(sums: &mut [f64], weights: [f32; 3], row: &[f32]) {
         for (sums, weight) in sums.chunks_exact_mut(row.len()).zip(weights) {
             for (sum, x) in sums.iter_mut().zip(row) {

@@ -1,17 +1,19 @@
 //! Single scattering in a translucent solid, as transfer to one exit direction a vertex.
 //!
-//! Light that is scattered once comes from the points of the refracted ray that leaves x towards o (Jensen, Marschner, Levoy
-//! and Hanrahan 2001, Eq. 6; as transfer: Wang, Tran and Luebke 2005):
+//! Light that is scattered once comes from the points of the refracted ray that leaves x towards o (Jensen,
+//! Marschner, Levoy and Hanrahan 2001, Eq. 6; as transfer: Wang, Tran and Luebke 2005):
 //!
 //! L(x, o) = F_t(o) ∫ σ_s e^(−σ_t s) ∫ p(ω·ω'_o) F_t(ω) e^(−σ_t s'(ω)) L(ω) dω ds
 //!
-//! As there, light reaches a point along the straight line towards ω and not along a refracted one, F_t is that of the surface
-//! where this line leaves the solid, and the length is corrected for refraction: s' = s |ω·n| / √(1 − (1 − |ω·n|²)/η²) with the
-//! triangle's normal n. The radiance of the sky counts if nothing is in the way beyond.
+//! As there, light reaches a point along the straight line towards ω and not along a refracted one, F_t is
+//! that of the surface where this line leaves the solid, and the length is corrected for refraction: s' =
+//! s |ω·n| / √(1 − (1 − |ω·n|²)/η²) with the triangle's normal n. The radiance of the sky counts if nothing
+//! is in the way beyond.
 //!
-//! The refracted ray ends where it meets the mesh. Distances along it are Gauss-Legendre nodes in 1 − e^(−σs) with the
-//! smallest σ_t of the three colours, so no colour's weight exceeds 1. A line that meets no triangle, or one from the front,
-//! brings nothing: where an open mesh ends there is no surface that light could have entered by.
+//! The refracted ray ends where it meets the mesh. Distances along it are Gauss-Legendre nodes in 1 − e^(−σs)
+//! with the smallest σ_t of the three colours, so no colour's weight exceeds 1. A line that meets no
+//! triangle, or one from the front, brings nothing: where an open mesh ends there is no surface that light
+//! could have entered by.
 
 use super::{Directions, RUN};
 use crate::numeric::order::{max, min};
@@ -25,24 +27,26 @@ use crate::world::mesh::Mesh;
 use glam::Vec3;
 use std::f64::consts::FRAC_1_PI;
 
-/// How far beyond the surface the way to the sky starts, in radii of the mesh's box: over the rounding of a hit's place.
+/// How far beyond the surface the way to the sky starts, in radii of the mesh's box: more than the rounding
+/// of a hit's place.
 const STEP: f32 = 1e-5;
 
 /// How a medium scatters once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SingleScattering {
-    /// Mean cosine g of Henyey and Greenstein's phase function (1941), above −1 and below 1. The medium's σs' is (1 − g) σs.
+    /// Mean cosine g of Henyey and Greenstein's phase function (1941), above −1 and below 1. The medium's σs'
+    /// is (1 − g) σs.
     pub anisotropy: f32,
     /// Points along each refracted ray.
     pub points: usize,
 }
 
-/// The transfer of singly scattered light to the exit direction of each vertex, RGB, `[vertices][bands²][3]`: times L
-/// it is radiance; both of Fresnel's transmittances are in it.
+/// The transfer of singly scattered light to the exit direction of each vertex, RGB, `[vertices][bands²][3]`:
+/// times L it is radiance; both of Fresnel's transmittances are in it.
 ///
-/// `exits` are unit vectors of the world, one a vertex: the normals for light that leaves straight, or the directions
-/// towards an eye. 0 where the exit is not above the surface, and for vertices that no triangle uses. Costs points ×
-/// directions nearest hits a vertex, and a shadow ray for each that finds the surface.
+/// `exits` are unit vectors of the world, one a vertex: the normals for light that leaves straight, or the
+/// directions towards an eye. 0 where the exit is not above the surface, and for vertices that no triangle
+/// uses. Costs points × directions nearest hits a vertex, and a shadow ray for each that finds the surface.
 ///
 /// # Panics
 /// Where there is not one exit a vertex.
@@ -61,7 +65,7 @@ pub fn single_scattering(
     let step = STEP * mesh.bounds().radius();
     let way = Way::new(medium, scattering);
     let mut result = vec![0.0; exits.len() * functions * 3];
-    // Rays are dear and vertices differ: short runs.
+    // Short runs, since rays are costly and vertices differ.
     parallel::for_each_chunk(&mut result, RUN / 8 * functions * 3, |run, rows| {
         let mut y = vec![0.0; functions];
         for (index, row) in rows.chunks_exact_mut(functions * 3).enumerate() {
@@ -113,7 +117,7 @@ impl Way {
         Self { medium: *medium, scattering, extinction, anisotropy, rule }
     }
 
-    /// The cosine inside to one outside.
+    /// The cosine inside that belongs to one outside (Snell's law).
     fn refracted(&self, cosine: f64) -> f64 {
         let eta = f64::from(self.medium.eta);
         (1.0 - (1.0 - cosine * cosine) / (eta * eta)).sqrt()
@@ -163,7 +167,8 @@ impl Way {
         self.extinction.map(|sigma| transmitted * f64::from(exp((-sigma * length) as f32)))
     }
 
-    /// Henyey and Greenstein's phase function, per steradian, of the cosine between the ways before and after.
+    /// Henyey and Greenstein's phase function, per steradian, of the cosine between the ways before and
+    /// after.
     fn phase(&self, cosine: f64) -> f64 {
         let g = self.anisotropy;
         let base = max(1.0 + g * g - 2.0 * g * cosine, 1e-12);

@@ -1,8 +1,9 @@
-//! Integrals of three basis functions, C_ijk = ∫ y_i y_j y_k dω, and with them the product matrix of a function.
+//! Integrals of three basis functions, C_ijk = ∫ y_i y_j y_k dω, and with them the product matrix of a
+//! function.
 //!
-//! The matrix G_ij = ∫ V y_i y_j dω of any V depends on the first 2n − 1 bands of V alone, because the product of two
-//! functions of n bands has no others: G_ij = Σ_k C_ijk v_k. So 121 sums over directions give the 1,296 entries of six bands,
-//! with the same value that summing each entry over the same directions has.
+//! The matrix G_ij = ∫ V y_i y_j dω of any V depends on the first 2n − 1 bands of V alone, because the
+//! product of two functions of n bands has no others: G_ij = Σ_k C_ijk v_k. So 121 sums over directions give
+//! the 1,296 entries of six bands, with the same value that summing each entry over the same directions has.
 
 use crate::sphere::{quadrature, sh};
 
@@ -22,8 +23,9 @@ fn band(index: usize) -> (usize, isize) {
     (l, index as isize - (l * l + l) as isize)
 }
 
-/// Whether C_ijk may differ from 0: the triangle rule and parity in l; in m, the product of three sines and cosines of
-/// multiples of φ has a mean only if one multiple is the sum of the others and the number of sines is even.
+/// Whether C_ijk may differ from 0: the triangle rule and parity in l; in m, the product of three sines and
+/// cosines of multiples of φ has a mean only if one multiple is the sum of the others and the number of sines
+/// is even.
 fn allowed(i: usize, j: usize, k: usize) -> bool {
     let [(l1, m1), (l2, m2), (l3, m3)] = [i, j, k].map(band);
     let [a, b, c] = [m1, m2, m3].map(isize::unsigned_abs);

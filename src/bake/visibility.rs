@@ -6,9 +6,10 @@ use crate::trace::bundle::{self, WORD};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 
-/// The hemisphere above every vertex, parted by what the ray from the vertex meets.
+/// The hemisphere above every vertex: which of its directions are visible, and which are blocked.
 ///
-/// Bit j of word w of a vertex stands for the direction 32 w + j. A vertex that no triangle uses has no bits at all.
+/// Bit j of word w of a vertex stands for the direction 32 w + j. A vertex that no triangle uses has no bits
+/// at all.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Visibility {
     /// Words of a vertex: ⌈directions / 32⌉.
@@ -26,8 +27,8 @@ impl Visibility {
         (&self.visible[words.clone()], &self.blocked[words])
     }
 
-    /// From bits that were traced before (`visible`, as [`Visibility::visible`]): whatever else is above the horizon of a
-    /// used vertex is blocked.
+    /// From bits that were traced before (`visible`, as [`Visibility::visible`]): whatever else is above the
+    /// horizon of a used vertex is blocked.
     ///
     /// # Panics
     /// Where `visible` has not the mesh's vertices times ⌈directions / 32⌉ words.
@@ -65,7 +66,8 @@ pub(super) fn used(mesh: &Mesh) -> Vec<bool> {
     used
 }
 
-/// What each vertex sees of `directions`: rays start in the vertex itself, which the triangles around it do not block.
+/// What each vertex sees of `directions`. Rays start in the vertex itself, and the triangles around it do not
+/// block them.
 pub fn visibility(mesh: &Mesh, directions: &Directions) -> Visibility {
     let words = directions.count().div_ceil(WORD);
     let used: Vec<usize> =

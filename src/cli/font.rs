@@ -5,8 +5,8 @@ use tiny_skia::{Color, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, Tr
 /// Distance of two points of the grid, in pixels.
 const STEP: f32 = 1.35;
 
-/// Lines of a glyph, separated by a bar, as points of a column (0 to 4) and a row (0 to 8; 2 is the top of small
-/// letters, 6 the base line).
+/// Lines of a glyph, separated by a bar, as points of a column (0 to 4) and a row (0 to 8; 2 is the top of
+/// small letters, 6 the base line).
 const GLYPHS: [(char, &str); 38] = [
     ('a', "42 46|43 32 12 03 05 16 36 45"),
     ('b', "00 06|03 12 32 43 45 36 16 05"),

@@ -16,7 +16,8 @@ use std::process::ExitCode;
     Example:\n  bitlight join pixel/coarse.exr:radiosity vertex/coarse.exr:radiosity --difference 10 -o figure.png"
 )]
 pub(super) struct Arguments {
-    /// EXR files, each with a colon and a layer or a pass if it is not the first; of colours, or of one channel
+    /// EXR files, each with a colon and a layer or a pass if it is not the first; of colours, or of one
+    /// channel
     #[arg(required = true, value_name = "FILE[:LAYER]")]
     images: Vec<String>,
     /// The picture to write

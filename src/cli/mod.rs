@@ -31,8 +31,8 @@ use std::time::Instant;
 
 /// Bit-reproducible CPU ground truth of published techniques that light with spherical harmonics.
 ///
-/// A scene is a TOML file; a technique is a table of named passes. `bitlight render` runs the passes that are asked
-/// for and those that they need. The same scene gives the same bits on every machine.
+/// A scene is a TOML file; a technique is a table of named passes. `bitlight render` runs the passes that are
+/// asked for and those that they need. The same scene gives the same bits on every machine.
 #[derive(Debug, Parser)]
 #[command(name = "bitlight", version, max_term_width = 100)]
 #[command(after_help = start())]
@@ -65,7 +65,8 @@ enum Command {
     Verify(verify::Arguments),
     /// Make what a scene now renders its golden, and record why
     Bless(bless::Arguments),
-    /// Estimate a scene's light without the technique's approximations, with its variance; goes on where it stopped
+    /// Estimate a scene's light without the technique's approximations, with its variance; goes on where it
+    /// stopped
     Truth(truth::Arguments),
     /// Compare two dumps pass by pass: how far they differ, where first, and which pass diverges first
     Diff(diff::Arguments),

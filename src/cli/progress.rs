@@ -41,7 +41,8 @@ impl Progress {
         Self { bar, _alive: alive }
     }
 
-    /// Says which part of an estimate is done, and what of it. The time left is counted from where it `begins`.
+    /// Says which part of an estimate is done, and what of it. The time left is counted from where it
+    /// `begins`.
     pub(super) fn at(&mut self, part: f64, what: &str, begins: bool) {
         self.say(what);
         self.bar.set_position((part * PARTS as f64) as u64);

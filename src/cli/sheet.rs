@@ -1,7 +1,7 @@
 //! A sheet of every requested image with its name, for eyes: what a frame is made of at one look.
 //!
-//! Colours are scaled so that all but the brightest hundredth of their values fit; other channels run from their
-//! least to their greatest value other than 0, from dark to light; indices are told apart by colour.
+//! Colours are scaled so that all but the brightest hundredth of their values fit; other channels run from
+//! their least to their greatest value other than 0, from dark to light; indices are told apart by colour.
 
 use super::font;
 use crate::Error;
@@ -36,7 +36,8 @@ pub(super) struct Picture {
 /// A drawn sheet.
 pub(super) struct Sheet(Pixmap);
 
-/// Draws the sheet; nothing where fewer than two images were asked for. Beyond [`MOST`] pictures it shows the first.
+/// Draws the sheet; nothing where fewer than two images were asked for. Beyond [`MOST`] pictures it shows the
+/// first.
 ///
 /// # Errors
 /// A sheet that is too large to draw.
@@ -89,7 +90,8 @@ impl Sheet {
     }
 }
 
-/// Draws a picture into its cell, as large as fits: whole texels where it grows, the nearest where it shrinks.
+/// Draws a picture into its cell, as large as fits: whole texels where it grows, the nearest where it
+/// shrinks.
 fn place(sheet: &mut Pixmap, picture: &Picture, cell: [usize; 2], left: usize, top: usize) {
     let pitch = sheet.width() as usize;
     let wide = picture.width * cell[1] > picture.height * cell[0];
@@ -104,8 +106,8 @@ fn place(sheet: &mut Pixmap, picture: &Picture, cell: [usize; 2], left: usize, t
     }
 }
 
-/// The pictures of a layer, one for each group of channels that the pass names. A cube's faces come stacked; they are
-/// laid side by side, two rows of three.
+/// The pictures of a layer, one for each group of channels that the pass names. A cube's faces come stacked;
+/// they are laid side by side, two rows of three.
 fn pictures(layer: &Layer, previews: &[Preview]) -> Vec<Picture> {
     let mut pictures = Vec::new();
     let mut rest = layer.channels.as_slice();

@@ -95,7 +95,8 @@ fn report(truth: &Truth, taken: u64, wall: f64, processor: Option<f64>) -> Strin
     format!("{samples} samples a pixel, {taken} of them now in {wall:.1} s{rate}\n")
 }
 
-/// The processor time that this process has used, of all threads, where the system tells: Linux counts it in hundredths.
+/// The processor time that this process has used, of all threads, where the system tells: Linux counts it in
+/// hundredths.
 fn processor_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The name, in parentheses, may hold spaces; user and system time are the 14th and 15th field.

@@ -40,15 +40,17 @@ pub enum Outcome {
 /// A layer of a file, and the shape of an array.
 type Part = (Layer, Vec<usize>);
 
-/// Compares two EXR or NPY files, or two folders of them, whose files are paired by name. Layers are paired by name and
-/// come in A's order, then those that B alone has; where each file has one layer and one of them has no name (a foreign
-/// file; an array has none), these two are a pair. EXR's half floats are compared as `f32`.
+/// Compares two EXR or NPY files, or two folders of them, whose files are paired by name. Layers are paired
+/// by name and come in A's order, then those that B alone has; where each file has one layer and one of them
+/// has no name (a foreign file; an array has none), these two are a pair. EXR's half floats are compared as
+/// `f32`.
 ///
-/// `tolerance` is that of [`statistics`]. `pictures` is a folder for a [`picture`] of each image that differs.
+/// `tolerance` is that of [`statistics`]. `pictures` is a folder for a [`picture`] of each image that
+/// differs.
 ///
 /// # Errors
-/// A file that cannot be read, a file beside a folder, a folder without such files; what the system refuses. A
-/// difference is no error.
+/// A file that cannot be read, a file beside a folder, a folder without such files; what the system refuses.
+/// A difference is no error.
 pub fn files(a: &Path, b: &Path, tolerance: f64, pictures: Option<&Path>) -> Result<Vec<Row>, Error> {
     let pair = |a: &Path, b: &Path, name: &str| {
         let mut rows = paired(parts(a)?, parts(b)?, tolerance, pictures, stem(a))?;
@@ -92,8 +94,8 @@ pub fn files(a: &Path, b: &Path, tolerance: f64, pictures: Option<&Path>) -> Res
     Ok(rows)
 }
 
-/// The pass, or the layer where that is of no known pass, that diverges first of those that both dumps have: in flow
-/// order ([`crate::techniques::ALL`]), unknown ones after these in the order of `rows`.
+/// The pass, or the layer where that is of no known pass, that diverges first of those that both dumps have:
+/// in flow order ([`crate::techniques::ALL`]), unknown ones after these in the order of `rows`.
 pub fn diverges_first(rows: &[Row]) -> Option<&str> {
     let both = |row: &&Row| !row.same() && !matches!(row.outcome, Outcome::OnlyInA | Outcome::OnlyInB);
     let first = rows.iter().filter(both).min_by_key(|row| row.pass().map_or(usize::MAX, |(order, _)| order));
@@ -133,9 +135,10 @@ impl Row {
         indices
     }
 
-    /// The row as an object of JSON: `file` and `layer`; `result`, which is one of `same`, `differs`, `mismatch`, `only
-    /// in A` and `only in B`; what [`Statistics`] has; `first`, the first difference with `index` for an array, else
-    /// `column`, `row` and `channel`; `picture`. A value that JSON has no number for is text, such as `"NaN"`.
+    /// The row as an object of JSON: `file` and `layer`; `result`, which is one of `same`, `differs`,
+    /// `mismatch`, `only in A` and `only in B`; what [`Statistics`] has; `first`, the first difference with
+    /// `index` for an array, else `column`, `row` and `channel`; `picture`. A value that JSON has no number
+    /// for is text, such as `"NaN"`.
     pub fn to_json(&self) -> Json {
         let mut json = json!({"layer": self.layer, "result": self.result()});
         if !self.file.is_empty() {

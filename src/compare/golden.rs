@@ -1,8 +1,8 @@
 //! Golden buffers: what every pass of a scene must be, bit for bit.
 //!
-//! A golden is a manifest beside its pixels: `golden/<technique>/<scene>.json` has the settings and the digest of
-//! every pass; one scene a technique also keeps its pixels in the folder `<scene>/`, so that the first pixel that
-//! differs can be named. [`Golden::record`] is the only writer, and `bless` its only caller.
+//! A golden is a manifest beside its pixels: `golden/<technique>/<scene>.json` has the settings and the
+//! digest of every pass; one scene a technique also keeps its pixels in the folder `<scene>/`, so that the
+//! first pixel that differs can be named. [`Golden::record`] is the only writer, and `bless` its only caller.
 
 use crate::Error;
 use crate::keys::difference as first_difference;
@@ -197,8 +197,9 @@ impl Golden {
         Ok(Pixels::None)
     }
 
-    /// Renders `scene` and puts the result in the golden's place. Returns what changed, a line a pass; nothing is
-    /// written where nothing did. Beside the manifest, `<scene>.history` keeps `date`, `reason` and those lines.
+    /// Renders `scene` and puts the result in the golden's place. Returns what changed, a line a pass;
+    /// nothing is written where nothing did. Beside the manifest, `<scene>.history` keeps `date`, `reason`
+    /// and those lines.
     ///
     /// `set` and `pixels` replace what the golden has; where they are `None`, that stays.
     ///

@@ -49,8 +49,8 @@ impl fmt::Display for Difference {
     }
 }
 
-/// The first pixel at which two layers of the same size and channels differ, if any. −0 equals +0; a NaN equals
-/// only the same NaN.
+/// The first pixel at which two layers of the same size and channels differ, if any. −0 equals +0; a NaN
+/// equals only the same NaN.
 ///
 /// # Panics
 /// Where sizes, channels or types differ: ask [`mismatch`] first.

@@ -7,9 +7,9 @@ use crate::pass::Layer;
 use crate::store::file;
 use std::path::Path;
 
-/// Writes a picture of where two layers differ by more than `tolerance` as a PNG: grey where they are the same, red to
-/// yellow by the decade of the largest relative difference of a pixel's channels, from one last place to 1. A value
-/// that is not finite in one of them alone is yellow.
+/// Writes a picture of where two layers differ by more than `tolerance` as a PNG: grey where they are the
+/// same, red to yellow by the decade of the largest relative difference of a pixel's channels, from one last
+/// place to 1. A value that is not finite in one of them alone is yellow.
 ///
 /// # Errors
 /// What the system refuses, naming the file or the folder, which is made if it is not there.

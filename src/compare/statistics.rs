@@ -20,8 +20,8 @@ pub struct Statistics {
     pub difference: Option<Difference>,
 }
 
-/// What keeps two layers from being compared value by value: the size, the channels or a channel's type. The order of
-/// the channels is none of these.
+/// What keeps two layers from being compared value by value: the size, the channels or a channel's type. The
+/// order of the channels is none of these.
 pub fn mismatch(a: &Layer, b: &Layer) -> Option<String> {
     if (a.width, a.height) != (b.width, b.height) {
         return Some(format!("{} x {} in A, {} x {} in B", a.width, a.height, b.width, b.height));
@@ -42,9 +42,9 @@ pub fn mismatch(a: &Layer, b: &Layer) -> Option<String> {
 
 /// How far two layers differ. Channels are paired, and read at each pixel, in the order of their names.
 ///
-/// −0 equals +0; a NaN equals only the same NaN. Real numbers that differ by at most `tolerance` count as the same
-/// pixel, but not for the largest, the mean and the root-mean-square difference. Indices have no tolerance. The sums
-/// are of rows, then of the rows' sums, each in the order of [`sum`].
+/// −0 equals +0; a NaN equals only the same NaN. Real numbers that differ by at most `tolerance` count as the
+/// same pixel, but not for the largest, the mean and the root-mean-square difference. Indices have no
+/// tolerance. The sums are of rows, then of the rows' sums, each in the order of [`sum`].
 ///
 /// # Panics
 /// Where there is a [`mismatch`].
@@ -111,7 +111,8 @@ pub(super) fn value(data: &Data, index: usize) -> f64 {
     }
 }
 
-/// The distance in the last place (of indices, their distance) of two values that differ by more than `tolerance`.
+/// The distance in the last place (of indices, their distance) of two values that differ by more than
+/// `tolerance`.
 pub(super) fn unequal(a: &Data, b: &Data, index: usize, tolerance: f64) -> Option<u64> {
     match (a, b) {
         (Data::F32(a), Data::F32(b)) => {

@@ -1,6 +1,6 @@
-//! Keys of a scene: what each takes, what it means and what it bears on. A key stands beside what it sets: those of a
-//! technique in its folder, shared ones in `scene/`. From the same row come reading, hints at unknown keys, defaults,
-//! `--set`, the JSON Schema and the scene to start from.
+//! Keys of a scene: what each takes, what it means and what it bears on. A key stands beside what it sets:
+//! those of a technique in its folder, shared ones in `scene/`. From the same row come reading, hints at
+//! unknown keys, defaults, `--set`, the JSON Schema and the scene to start from.
 
 mod value;
 mod values;
@@ -17,7 +17,8 @@ pub enum Kind {
     Text,
     /// The name of a technique; the list of techniques is above this module.
     Technique,
-    /// One of these words. They are the names of a table, from which the key is read too ([`names`], [`Values::word`]).
+    /// One of these words. They are the names of a table, from which the key is read too ([`names`],
+    /// [`Values::word`]).
     Choice(&'static [&'static str]),
     /// True or false.
     Flag,
@@ -56,8 +57,8 @@ pub enum Only {
     Always,
     /// Where the scene has the key's table.
     Given,
-    /// Where another key, `table.name`, has one of these words. Bakes and truths ask for it; a picture's settings have
-    /// the key all the same.
+    /// Where another key, `table.name`, has one of these words. Bakes and truths ask for it; a picture's
+    /// settings have the key all the same.
     With(&'static str, &'static [&'static str]),
 }
 

@@ -118,8 +118,8 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
 /// Every value of a scene file, in the file's order of tables.
 ///
 /// # Errors
-/// What is no TOML, tables or values of a kind that no scene has, and more than [`MAX_LIGHTS`] lights; each names
-/// its line.
+/// What is no TOML, tables or values of a kind that no scene has, and more than [`MAX_LIGHTS`] lights; each
+/// names its line.
 pub(super) fn entries(text: &str) -> Result<Vec<Entry>, Error> {
     let ends: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     let line = |at: usize| ends.partition_point(|end| *end < at) + 1;

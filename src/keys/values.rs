@@ -16,8 +16,8 @@ struct Setting {
 
 /// Every value that holds, by its key. Each is of its key's kind.
 ///
-/// The getters panic for a key that no table has, or that is of another kind: that is a mistake of the program, which
-/// every scene shows.
+/// The getters panic for a key that no table has, or that is of another kind: that is a mistake of the
+/// program, which every scene shows.
 #[derive(Debug, Clone)]
 pub struct Values {
     keys: Vec<&'static Key>,
@@ -40,8 +40,8 @@ impl Values {
     /// The values of a scene's text, and of the assignments `key=value` beside it, which override it.
     ///
     /// # Errors
-    /// What is no TOML, an unknown table or key, with the nearest known one, and a value that its key does not take;
-    /// each names line, key and remedy.
+    /// What is no TOML, an unknown table or key, with the nearest known one, and a value that its key does
+    /// not take; each names line, key and remedy.
     pub fn new(keys: Vec<&'static Key>, text: &str, set: &[String]) -> Result<Self, Error> {
         let mut entries = value::entries(text)?;
         for assignment in set {
@@ -197,8 +197,8 @@ impl Values {
         }
     }
 
-    /// What a word means, by the table from which the key has its words ([`super::names`]); of a key that is absent,
-    /// nothing.
+    /// What a word means, by the table from which the key has its words ([`super::names`]); of a key that is
+    /// absent, nothing.
     pub fn word_if<T: Copy>(&self, table: &str, name: &str, words: &[(&'static str, T)]) -> Option<T> {
         let text = self.text(table, name)?;
         let found = words.iter().find(|(word, _)| *word == text).map(|(_, meaning)| *meaning);
@@ -228,7 +228,8 @@ impl Values {
         }
     }
 
-    /// The line of the file, from 1, that has a key such as `camera.fov`; of a whole table such as `light[0]`, its first.
+    /// The line of the file, from 1, that has a key such as `camera.fov`; of a whole table such as
+    /// `light[0]`, its first.
     pub fn line(&self, key: &str) -> Option<usize> {
         let of = |entry: &Entry| entry.path() == key || entry.table == key;
         self.settings
@@ -238,7 +239,8 @@ impl Values {
             .min()
     }
 
-    /// Every value that bears on something, by its key, of the keys that `read` tells; of lights those that are given.
+    /// Every value that bears on something, by its key, of the keys that `read` tells; of lights those that
+    /// are given.
     pub fn bearing(&self, on: Bears, read: impl Fn(&Key) -> bool) -> Map<String, Json> {
         let counts = |setting: &&Setting| {
             let Setting { key, given, .. } = setting;
@@ -258,7 +260,8 @@ impl Values {
     }
 }
 
-/// The first key at which two sets of values differ, with its value in each, as JSON; `null` where it is absent.
+/// The first key at which two sets of values differ, with its value in each, as JSON; `null` where it is
+/// absent.
 pub fn difference<'a>(
     a: &'a Map<String, Json>,
     b: &'a Map<String, Json>,

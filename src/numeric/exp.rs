@@ -1,12 +1,12 @@
-//! e^x in plain arithmetic, so that loops over many values may hold it: pxfm's is a call, and picks among
-//! instructions at run time.
+//! e^x in plain arithmetic, so that a loop with it becomes vector instructions. pxfm's is a call, and picks
+//! among instructions at run time.
 
 use super::lanes::WHOLE;
 
 /// e^x, correctly rounded (every one of the 2³² inputs was compared with pxfm's: `--ignored` repeats that).
 ///
-/// In `f64`: x = k ln 2 + r with a whole number k and |r| ≤ ½ ln 2, and the Taylor polynomial of degree 12 in r,
-/// whose rest is below 10⁻¹⁵ of the sum; the sum is rounded to `f32` once.
+/// In `f64`: x = k ln 2 + r with a whole number k and |r| ≤ ½ ln 2, and the Taylor polynomial of degree 12 in
+/// r, whose remainder is below 10⁻¹⁵ of the sum. The sum is rounded to `f32` once.
 #[inline(always)]
 pub fn exp(x: f32) -> f32 {
     // The one input whose result lies too near to the middle between two `f32` for the sum's own rounding.

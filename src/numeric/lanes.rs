@@ -1,13 +1,15 @@
 //! Plain loops over many values, compiled for every processor and again for those with wider vectors.
 //!
-//! rustc neither contracts nor reorders floating-point operations, so all have the same bits (contract 4). A loop
-//! over arrays of a constant length, without calls and without an early end, becomes vector instructions.
+//! rustc neither contracts nor reorders floating-point operations, so all versions have the same bits
+//! (contract 4). A loop over arrays of a constant length, without calls and without an early end, becomes
+//! vector instructions.
 
 /// Values that a kernel's loop works on together: several vectors of any processor, and little enough stack.
 pub const BLOCK: usize = 64;
 
-/// 1.5 · 2⁵²: added to a number of magnitude up to 2⁵⁰ it leaves no bit for a fraction, so the addition rounds half to
-/// even, and the sum's low bits are the whole number. `round_ties_even` would be a call on processors before SSE 4.1.
+/// 1.5 · 2⁵². Added to a number of magnitude up to 2⁵⁰, it leaves no bit for a fraction: the addition rounds
+/// half to even, and the sum's low bits are the whole number. `round_ties_even` would be a call on processors
+/// before SSE 4.1.
 pub(crate) const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 /// Whether the processor has the parts of AVX-512 that `wide!` compiles for.
@@ -20,9 +22,9 @@ pub(crate) fn has_avx512() -> bool {
         && std::arch::is_x86_feature_detected!("avx512vl")
 }
 
-/// Defines a function three times, for every processor and for those with AVX2 and AVX-512, and calls the one that fits.
-/// What it calls must be inlined into it, or stays as it is for every processor: hence `#[inline(always)]` on a kernel's
-/// parts.
+/// Defines a function three times, for every processor and for those with AVX2 and AVX-512, and calls the one
+/// that fits. Only what is inlined into the function is compiled with it: hence `#[inline(always)]` on a
+/// kernel's parts.
 macro_rules! wide {
     ($(#[$attribute:meta])* $vis:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
         $(#[$attribute])*

@@ -13,8 +13,8 @@ pub mod sum;
 pub mod turns;
 pub mod vector;
 
-/// Elementary functions in `f32`: correctly rounded, so the same on every processor (pxfm, and [`exp`](single::exp)
-/// our own).
+/// Elementary functions in `f32`: correctly rounded, so the same on every processor (pxfm, and
+/// [`exp`](single::exp) our own).
 pub mod single {
     pub use super::exp::exp;
     pub use pxfm::{

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-/// The smaller of `a` and `b`; `a` where they compare equal (so −0 and +0 keep the first) or where one is NaN.
+/// The smaller of `a` and `b`; `a` where they compare equal (so −0 and +0 keep the first) or where one is
+/// NaN.
 #[inline(always)]
 pub fn min<T: PartialOrd>(a: T, b: T) -> T {
     if b < a { b } else { a }

@@ -16,11 +16,11 @@ pub fn for_each_chunk<T: Send>(data: &mut [T], length: usize, work: impl Fn(usiz
     data.chunks_mut(length).enumerate().for_each(|(index, chunk)| work(index, chunk));
 }
 
-/// `count` images of `each` items, one after the other, made in runs of `length` items of one image (an image's last may
-/// be shorter): `work(image, run, items)` finds them all `empty`.
+/// `count` images of `each` items, one after the other. `work(image, run, items)` makes a run of `length`
+/// items of one image (an image's last may be shorter), which are all `empty` before.
 ///
-/// A run is emptied just before `work` gets it, by the same thread, while it is in the cache: emptying a whole vector
-/// first costs as much as a cheap pass.
+/// A run is emptied just before `work` gets it, by the same thread, while it is in the cache: emptying a
+/// whole vector first costs as much as a cheap pass.
 pub fn images<T: Copy + Send + Sync>(
     [count, each]: [usize; 2],
     length: usize,

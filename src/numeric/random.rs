@@ -2,8 +2,8 @@
 
 /// 64 random bits for the `dimension`-th number of `sample` of `element` under `seed`.
 ///
-/// The four words pass one after the other through the finaliser of SplitMix64 (Steele, Lea and Flood 2014), a
-/// bijection with full avalanche, so neighbouring counters give unrelated bits.
+/// The four words pass one after the other through the finaliser of SplitMix64 (Steele, Lea and Flood 2014),
+/// a bijection with full avalanche, so neighbouring counters give unrelated bits.
 pub fn bits(seed: u64, element: u64, sample: u64, dimension: u64) -> u64 {
     mix(fold(fold(fold(fold(0, seed), element), sample), dimension))
 }
@@ -13,7 +13,8 @@ pub fn unit(seed: u64, element: u64, sample: u64, dimension: u64) -> f32 {
     fraction(bits(seed, element, sample, dimension))
 }
 
-/// The random numbers of one sample of one element, dimension after dimension: what a walk of unknown length draws.
+/// The random numbers of one sample of one element, dimension after dimension: what a walk of unknown length
+/// draws.
 #[derive(Debug, Clone)]
 pub struct Sample {
     /// What [`bits`] makes of seed, element and sample.

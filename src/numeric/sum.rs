@@ -10,7 +10,8 @@ pub fn sum(values: &[f64]) -> f64 {
     if values.len() <= RUN {
         return values.iter().fold(0.0, |total, value| total + value);
     }
-    // The left half is the largest power of two of runs below the length: the tree is the same whoever splits.
+    // The left half has the largest power of two of runs that is below their number, so the tree depends on
+    // the length alone.
     let runs = values.len().div_ceil(RUN);
     let left = runs.next_power_of_two() / 2 * RUN;
     sum(&values[..left]) + sum(&values[left..])

@@ -1,14 +1,14 @@
-//! Sine and cosine of a number of turns in plain arithmetic, so that loops over many values may hold them: libm's are
-//! calls.
+//! Sine and cosine of a number of turns in plain arithmetic, so that a loop with them becomes vector
+//! instructions. libm's are calls.
 
 use super::lanes::WHOLE;
 use std::f64::consts::TAU;
 
-/// sin 2πt and cos 2πt, to 2 · 10⁻¹⁶, of any finite t: t less the nearest quarter turn is exact, and the Taylor
-/// polynomials of degree 17 and 16 are closer than that up to an eighth of a turn.
+/// sin 2πt and cos 2πt, to 2 · 10⁻¹⁶, of any finite t. The difference of t from the nearest quarter turn is
+/// exact, and the Taylor polynomials of degree 17 and 16 are closer than that up to an eighth of a turn.
 #[inline(always)]
 pub fn sin_cos(turns: f64) -> (f64, f64) {
-    // Whole turns first, so that a number that is nothing else, as huge ones are, is 0.
+    // Whole turns are taken off first, so that a huge number, which is nothing else, becomes 0.
     let turns = turns - ((turns + WHOLE) - WHOLE);
     let shifted = turns * 4.0 + WHOLE;
     let quarters = shifted.to_bits();

@@ -1,4 +1,4 @@
-//! Lengths of vectors, where a loop over many must hold them: glam's square root is libm's, a call.
+//! Lengths of vectors for loops that become vector instructions: glam's square root is libm's, a call.
 
 use glam::Vec3;
 
@@ -15,8 +15,8 @@ pub fn unit_or_zero(vector: Vec3) -> Vec3 {
     if shrunk.is_finite() & (shrunk > 0.0) { vector * shrunk } else { Vec3::ZERO }
 }
 
-/// Two unit vectors that make a right-handed orthonormal frame with the unit vector `z`, which is its third (Duff et
-/// al. 2017).
+/// Two unit vectors that make a right-handed orthonormal frame with the unit vector `z`, which is its third
+/// (Duff et al. 2017).
 #[inline(always)]
 pub fn frame(z: Vec3) -> [Vec3; 2] {
     let sign = if z.z < 0.0 { -1.0 } else { 1.0 };

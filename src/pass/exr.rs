@@ -55,11 +55,13 @@ fn part(layer: &Layer) -> exr::image::Layer<AnyChannels<FlatSamples>> {
     )
 }
 
-/// Every layer of an EXR file. Half floats become `f32`; the channels come in the file's order, which EXR sorts by name.
+/// Every layer of an EXR file. Half floats become `f32`; the channels come in the file's order, which EXR
+/// sorts by name.
 ///
 /// # Errors
-/// Bytes that are no EXR file or a damaged one, and what is not read: deep data, subsampled channels, B44 and DWA
-/// (they change the pixels), more than [`MAX_BYTES`] of pixels (found in the header, before they are allocated).
+/// Bytes that are no EXR file or a damaged one, and what is not read: deep data, subsampled channels, B44 and
+/// DWA (they change the pixels), more than [`MAX_BYTES`] of pixels (found in the header, before they are
+/// allocated).
 pub fn parse(bytes: &[u8]) -> Result<Vec<Layer>, Error> {
     let refused = |error: exr::error::Error| {
         Error::new(format!("cannot be read as EXR: {error}")).remedy("see whether the file is whole")
@@ -108,8 +110,8 @@ fn check(meta: &MetaData, length: u64) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses a file whose table leads twice to one block of pixels (another is then missing), or to one of another
-/// resolution: the reader takes the first for granted and asserts the second.
+/// Refuses a file whose table leads twice to one block of pixels (another is then missing), or to one of
+/// another resolution: the reader takes the first for granted and asserts the second.
 fn check_chunks(bytes: &[u8]) -> exr::error::Result<()> {
     let damaged = || exr::error::Error::Invalid("table of blocks".into());
     let reader = exr::block::read(Cursor::new(bytes), false)?;

@@ -17,8 +17,8 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// Whether another layer has the same size, and channels of the same names and types in the same order: whether
-    /// the two can be compared pixel by pixel.
+    /// Whether another layer has the same size, and channels of the same names and types in the same order:
+    /// whether the two can be compared pixel by pixel.
     pub fn same_form(&self, other: &Self) -> bool {
         let form = |layer: &Self| -> Vec<_> {
             let channels = layer.channels.iter();

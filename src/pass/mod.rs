@@ -1,7 +1,7 @@
 //! Named passes: what a technique is made of, what runs when something is asked for, and who is told.
 //!
-//! A technique is a table of [`Pass`]es in flow order. [`needed`] finds what a request needs, [`execute`] runs it and
-//! hands every result to a [`Recorder`].
+//! A technique is a table of [`Pass`]es in flow order. [`needed`] finds what a request needs, [`execute`]
+//! runs it and hands every result to a [`Recorder`].
 
 mod buffer;
 mod layer;
@@ -20,8 +20,8 @@ use crate::Error;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What one axis of a buffer counts, the slowest first. Those that every technique may have stand here; what only some
-/// know is an [`Axis::Of`], whose length their rows tell.
+/// What one axis of a buffer counts, the slowest first. Those that every technique may have stand here; what
+/// only some know is an [`Axis::Of`], whose length their rows tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// The scene's lights, in the scene's order.
@@ -211,8 +211,8 @@ pub const fn infos<F, const N: usize>(table: &[Pass<F>; N]) -> [Info; N] {
 /// Buffers that are there already, by the names of the passes that make them.
 pub type Given = BTreeMap<&'static str, Buffer>;
 
-/// Which passes of a table a request needs: the wanted ones and all that they read, directly or not. What is given needs
-/// nothing itself. One flag a row.
+/// Which passes of a table a request needs: the wanted ones and all that they read, directly or not. What is
+/// given needs nothing itself. One flag a row.
 ///
 /// # Errors
 /// An unknown name, with the nearest known one.
@@ -249,11 +249,12 @@ pub(crate) fn unknown_pass<'a>(name: &str, known: impl Iterator<Item = &'a str>,
     Error::new(format!("there is no pass \"{name}\"{of}")).remedy(format!("{near}{list}` lists all"))
 }
 
-/// Runs the passes that `wanted` needs, but for those that are given, in the table's order, and hands each result to
-/// `recorder`, given ones too.
+/// Runs the passes that `wanted` needs, but for those that are given, in the table's order, and hands each
+/// result to `recorder`, given ones too.
 ///
 /// # Errors
-/// An unknown name, what the recorder refuses, and a value that is not finite (contract 9), by pass and index.
+/// An unknown name, what the recorder refuses, and a value that is not finite (contract 9), by pass and
+/// index.
 pub fn execute<F>(
     table: &[Pass<F>],
     frame: &F,

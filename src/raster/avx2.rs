@@ -1,9 +1,11 @@
-//! Filling triangles with edge functions of 32 bits eight pixels of a row at a time, as `fill::small` fills them, with
-//! the same bits.
+//! The twin of `fill.rs` with AVX2. Triangles with edge functions of 32 bits are filled eight pixels of a row
+//! at a time, with the bits of `fill::small`.
 
 use super::SUBPIXELS;
 use super::batch::Batch;
-use super::fill::{LANES, Sorted, Tile, batches, centre, large, touch};
+use super::fill::{batches, large, touch};
+use super::setup::Sorted;
+use super::tile::{LANES, Tile, centre};
 use std::arch::x86_64::*;
 
 /// `fill::fill` with eight lanes.
@@ -39,7 +41,7 @@ fn small<const TWO: bool>(tile: &mut Tile, batch: &Batch, lane: usize) {
         let mut y = centre(top) - batch.y[0][lane];
         for row in &mut tile.rows[top - tile.top..bottom - tile.top] {
             let depth = _mm256_add_ps(along, _mm256_set1_ps(batch.along[1][lane] * y as f32));
-            // `numeric::order`'s max and min: the second operand is the value where they are equal.
+            // As `numeric::order`'s max and min: the result is the second operand where both are equal.
             let depth = _mm256_min_ps(high, _mm256_max_ps(low, depth));
             let outside = _mm256_srai_epi32::<31>(_mm256_or_si256(_mm256_or_si256(at0, at1), at2));
             let (depths, triangles, seconds) = (
@@ -78,8 +80,8 @@ fn small<const TWO: bool>(tile: &mut Tile, batch: &Batch, lane: usize) {
     }
 }
 
-/// Writes `a`, or `b` where the mask is set, to eight numbers. Whole numbers are blended, since floats would become a
-/// masked store, which is slow on AMD.
+/// Writes `a`, or `b` where the mask is set, to eight numbers. The blend is one of integers, since one of
+/// floats would become a masked store, which is slow on AMD.
 #[target_feature(enable = "avx2")]
 #[inline]
 fn blend(to: &mut [f32], a: __m256, b: __m256, mask: __m256i) {

@@ -1,14 +1,13 @@
 //! Triangles set up side by side: edge functions, and depth as a plane over the screen.
 
 use super::SUBPIXELS;
-use super::fill::Tile;
 use super::screen::Projected;
-use super::setup::{first_centre, past_centre};
+use super::tile::{Tile, first_centre, past_centre};
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::{clamp, max, min};
 
-/// The longest side of a triangle's box, in 1/256 pixel, for which its edge functions fit in 32 bits: differences of
-/// coordinates up to 2¹⁴ make values up to 2 · 2²⁸. Larger ones (up to 2²³) need 64.
+/// The longest side of a triangle's box, in 1/256 pixel, for which its edge functions fit in 32 bits:
+/// differences of coordinates up to 2¹⁴ make values up to 2 · 2²⁸. Larger ones (up to 2²³) need 64.
 const SMALL: i32 = 1 << 14;
 
 type Lanes<T> = [T; BLOCK];
@@ -21,19 +20,20 @@ pub(super) struct Batch {
     pub(super) x: [Lanes<i32>; 3],
     pub(super) y: [Lanes<i32>; 3],
     pub(super) z: [Lanes<f32>; 3],
-    /// Pixels of the tile whose centres lie in the triangle's box: first column and row, and one past the last; no
-    /// column where the triangle has no area.
+    /// Pixels of the tile whose centres lie in the triangle's box: first column and row, and one past the
+    /// last; no column where the triangle has no area.
     part: [Lanes<i32>; 4],
     /// Not 0 where edge functions need 64 bits.
     pub(super) large: Lanes<i32>,
     /// Twice the area in squared 1/256 pixels, below 0 where the corners run clockwise on the screen.
     pub(super) area: Lanes<f32>,
-    /// Of each edge (0 to 1, 1 to 2, 2 to 0) the function at the centre of the part's first pixel, and its change from
-    /// one pixel to the next along x and y: ≥ 0 inside. Without meaning in a large triangle.
+    /// The function of each edge (0 to 1, 1 to 2, 2 to 0), which is ≥ 0 inside: its value at the centre of
+    /// the part's first pixel, and its change from one pixel to the next along x and y. Without meaning in a
+    /// large triangle.
     pub(super) start: [Lanes<i32>; 3],
     pub(super) across: [Lanes<i32>; 3],
     pub(super) down: [Lanes<i32>; 3],
-    /// Change of depth along x and y a 1/256 pixel.
+    /// Change of depth along x and y, for each 1/256 pixel.
     pub(super) along: [Lanes<f32>; 2],
     /// The least and the greatest depth at a corner.
     pub(super) low: Lanes<f32>,
@@ -41,7 +41,7 @@ pub(super) struct Batch {
 }
 
 wide! {
-    /// Computes all else of a batch from its corners.
+    /// Computes the rest of a batch from its corners.
     pub(super) fn set_up(batch: &mut Batch, tile: &Tile) {
         batch.boxes(tile);
         batch.edges();
@@ -82,7 +82,8 @@ impl Batch {
         self.count += 1;
     }
 
-    /// The pixels of the tile whose centres lie in a triangle's box: first column and row, and one past the last.
+    /// The pixels of the tile whose centres lie in a triangle's box: first column and row, and one past the
+    /// last.
     #[inline(always)]
     pub(super) fn part(&self, lane: usize) -> [usize; 4] {
         let side = |i: usize| self.part[i][lane] as usize;
@@ -111,7 +112,8 @@ impl Batch {
     #[inline(always)]
     fn edges(&mut self) {
         for lane in 0..BLOCK {
-            // Exact: differences of snapped coordinates are whole numbers up to 2²⁴, their products up to 2⁴⁸.
+            // Exact: differences of snapped coordinates are whole numbers up to 2²⁴, their products up to
+            // 2⁴⁸.
             let (ax, ay) = (self.x[1][lane] - self.x[0][lane], self.y[1][lane] - self.y[0][lane]);
             let (bx, by) = (self.x[2][lane] - self.x[0][lane], self.y[2][lane] - self.y[0][lane]);
             self.area[lane] = (f64::from(ax) * f64::from(by) - f64::from(bx) * f64::from(ay)) as f32;
@@ -128,8 +130,8 @@ impl Batch {
                 let at = |pixel: i32, from: i32| (pixel * SUBPIXELS + SUBPIXELS / 2) - from;
                 let (x, y) = (at(self.part[0][lane], from[0]), at(self.part[1][lane], from[1]));
                 let start = dx.wrapping_mul(y).wrapping_sub(dy.wrapping_mul(x));
-                // The top-left rule: a centre on an edge belongs to the triangle whose top or left edge it is, where
-                // dy < 0, or dy = 0 and dx > 0.
+                // The top-left rule: a centre on an edge belongs to the triangle whose top or left edge it
+                // is, where dy < 0, or dy = 0 and dx > 0.
                 self.start[i][lane] = start.wrapping_sub(i32::from(dy >= i32::from(dx > 0)));
                 self.across[i][lane] = dy.wrapping_mul(-SUBPIXELS);
                 self.down[i][lane] = dx.wrapping_mul(SUBPIXELS);
@@ -151,8 +153,9 @@ impl Batch {
         }
     }
 
-    /// The depth at the centre of a pixel, in 1/256 pixel, from the triangle's plane, summed from left to right. On a
-    /// sliver the slopes are steep and rounding would leave the triangle: the depth is held to that of its corners.
+    /// The depth at the centre (`x`, `y`) of a pixel, in 1/256 pixel, from the triangle's plane, summed from
+    /// left to right. On a sliver the slopes are steep and rounding would leave the triangle. So the depth is
+    /// clamped to the range of the corners' depths.
     #[inline(always)]
     pub(super) fn depth(&self, lane: usize, x: i32, y: i32) -> f32 {
         let [x, y] = [(x - self.x[0][lane]) as f32, (y - self.y[0][lane]) as f32];

@@ -1,7 +1,8 @@
-//! Clipping in homogeneous coordinates against the near plane and the guard band (Sutherland and Hodgman 1974).
+//! Clipping in homogeneous coordinates against the near plane and the guard band (Sutherland and Hodgman
+//! 1974).
 //!
 //! Two triangles that share an edge must find the same point where a plane cuts it, to the bit, or pixels of
-//! the edge would be drawn twice or missed: [`cut`] orders the edge's ends by their coordinates first.
+//! the edge would be drawn twice or missed. So [`cut`] first orders the edge's ends by their coordinates.
 
 use super::view::View;
 use std::cmp::Ordering;

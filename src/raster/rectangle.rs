@@ -5,8 +5,8 @@ use crate::numeric::order::{max, min};
 /// A rectangle of any direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Rectangle {
-    /// The unit direction of its first side, at most 45° from the plane's own first axis; the second side is a
-    /// quarter turn counter-clockwise from it.
+    /// The unit direction of its first side, at most 45° from the plane's own first axis; the second side is
+    /// a quarter turn counter-clockwise from it.
     pub(super) direction: [f64; 2],
     /// Its middle, along the two sides.
     pub(super) middle: [f64; 2],
@@ -14,12 +14,12 @@ pub(super) struct Rectangle {
     pub(super) half: [f64; 2],
 }
 
-/// The rectangle of least area around `points`, of equal ones the first along the hull; `None` for fewer than two
-/// different points.
+/// The rectangle of least area around `points`, of equal ones the first along the hull; `None` for fewer than
+/// two different points.
 ///
-/// One side of it lies on an edge of the convex hull (Freeman and Shapira 1975), so the directions of the hull's
-/// edges are tried one by one. Rounding decides between nearly equal ones, the same everywhere: nothing but
-/// `+ − × ÷ √` and comparisons.
+/// One side of it lies on an edge of the convex hull (Freeman and Shapira 1975), so the directions of the
+/// hull's edges are tried one by one. Rounding decides between nearly equal ones, but alike on every
+/// processor, since there is nothing but `+ − × ÷ √` and comparisons.
 pub(super) fn tightest(points: Vec<[f64; 2]>) -> Option<Rectangle> {
     let hull = hull(points);
     let mut best: Option<(f64, Rectangle)> = None;
@@ -34,7 +34,8 @@ pub(super) fn tightest(points: Vec<[f64; 2]>) -> Option<Rectangle> {
     best.map(|(_, rectangle)| rectangle)
 }
 
-/// An edge's direction at length one, turned by quarters until it is nearest to the first axis: the same rectangle.
+/// An edge's direction at length one, turned by quarters until it is nearest to the first axis: the same
+/// rectangle.
 fn direction([x, y]: [f64; 2]) -> [f64; 2] {
     let [x, y] = if y.abs() > x.abs() { [y, -x] } else { [x, y] };
     let length = (x * x + y * y).sqrt() * if x < 0.0 { -1.0 } else { 1.0 };

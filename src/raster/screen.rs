@@ -1,4 +1,5 @@
-//! Vertices on the screen: projected, snapped to 1/256 pixel, and what of the image they lie beyond.
+//! Vertices on the screen: projected, snapped to 1/256 pixel, with a code of the sides of the image that they
+//! lie beyond.
 
 use super::{SUBPIXELS, View};
 use crate::numeric::lanes::{BLOCK, WHOLE, wide};
@@ -8,8 +9,8 @@ use glam::Vec3;
 /// Vertices that one thread projects together.
 const RUN: usize = 64 * BLOCK;
 
-/// A vertex on the screen: x and y (down) in 1/256 pixel, the bits of the reversed depth, and the code of what it lies
-/// beyond. The first three are without meaning where the code has [`CLIP`] or [`LOST`].
+/// A vertex on the screen: x and y (down) in 1/256 pixel, the bits of the reversed depth, and the code of
+/// what it lies beyond. The first three are without meaning where the code has [`CLIP`] or [`LOST`].
 pub(super) type Projected = [i32; 4];
 
 const LEFT: i32 = 1;

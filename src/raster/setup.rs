@@ -1,29 +1,60 @@
 //! Which triangles may cover something, and the tiles of the image that each touches.
 
+use super::View;
 use super::clip::{clip, planes};
-use super::fill::TILE;
-use super::screen::{CLIP, LOST, Projected, SIDES, snap};
-use super::{SUBPIXELS, View};
+use super::screen::{CLIP, LOST, Projected, SIDES, project, snap};
+use super::tile::{TILE, first_centre, past_centre};
 use crate::numeric::lanes::wide;
 use crate::numeric::order::{max, min};
+use crate::numeric::parallel;
 use glam::Vec3;
 
-/// Triangles that are set up together.
-pub(super) const RUN: usize = 4096;
+/// Triangles of a run.
+const RUN: usize = 4096;
 
-/// The triangles of a run that may cover something, for each tile those that touch it.
-pub(super) struct Run {
+/// Triangles in runs, sorted into tiles, and their vertices on the screen.
+pub(super) struct Sorted<'a> {
+    triangles: &'a [[u32; 3]],
+    vertices: Vec<Projected>,
+    runs: Vec<Run>,
+}
+
+impl<'a> Sorted<'a> {
+    /// Projects the vertices and sorts the triangles into the tiles of a view.
+    pub(super) fn new(positions: &[Vec3], triangles: &'a [[u32; 3]], view: &View) -> Self {
+        let vertices = project(positions, view);
+        let runs = parallel::map(triangles.len().div_ceil(RUN), |run| {
+            Run::new(positions, triangles, &vertices, view, run * RUN)
+        });
+        Self { triangles, vertices, runs }
+    }
+
+    /// Calls `each` with the triangles that touch a tile: one's index in the mesh, and its corners on the
+    /// screen.
+    #[inline(always)]
+    pub(super) fn touching(&self, tile: usize, mut each: impl FnMut(u32, [&Projected; 3])) {
+        for run in &self.runs {
+            run.touching(tile, self.triangles, &self.vertices, &mut each);
+        }
+    }
+}
+
+/// The triangles of a run that may cover something, sorted by the tiles that they touch.
+struct Run {
     /// The index of the run's first triangle.
     first: u32,
-    /// What clipping left of triangles: one's index in the mesh, and corners.
+    /// What clipping left of triangles: corners, and the index in the mesh of the triangle that they come
+    /// from.
     clipped: Vec<(u32, [Projected; 3])>,
-    /// Those of one tile after those of another: places in the run, or from [`RUN`] on in `clipped`.
+    /// The triangles of each tile, one tile after the other. A number below [`RUN`] is a place in the run,
+    /// one from [`RUN`] on a place in `clipped`.
     touched: Vec<u32>,
     /// Where each tile's part of `touched` begins, and where the last ends.
     begins: Vec<u32>,
 }
 
-/// A triangle, as in [`Run::touched`], and the tiles that its box touches, in columns and rows: the first and the last.
+/// A triangle, as in [`Run::touched`], and the first and last columns and rows of the tiles that its box
+/// touches.
 #[derive(Clone, Copy, Default)]
 struct Touching {
     triangle: u32,
@@ -35,7 +66,7 @@ struct Touching {
 
 impl Run {
     /// Sorts the triangles of a run, from the `first` on, into the tiles of a view.
-    pub(super) fn new(
+    fn new(
         positions: &[Vec3],
         triangles: &[[u32; 3]],
         vertices: &[Projected],
@@ -63,9 +94,9 @@ impl Run {
         Self { first: first as u32, clipped, touched, begins }
     }
 
-    /// Calls `each` with the triangles that touch a tile: one's index in the mesh, and its corners on the screen.
+    /// [`Sorted::touching`] for the triangles of this run.
     #[inline(always)]
-    pub(super) fn touching(
+    fn touching(
         &self,
         tile: usize,
         triangles: &[[u32; 3]],
@@ -86,8 +117,9 @@ impl Run {
 }
 
 wide! {
-    /// Finds the triangles of a run whose boxes hold the centre of a pixel: how many, and whether some must be clipped,
-    /// which are left out. Which they are changes from one to the next too often to be guessed, so none is a branch.
+    /// Finds the triangles of a run whose boxes hold the centre of a pixel. Returns how many there are, and
+    /// whether others must be clipped, which are left out. The loop has no branch, since no processor could
+    /// predict which triangles these are.
     fn touching(
         triangles: &[[u32; 3]],
         vertices: &[Projected],
@@ -108,10 +140,11 @@ wide! {
 }
 
 impl Touching {
-    /// And whether a pixel's centre lies in the box and in the image: else it touches nothing.
+    /// The tiles that a triangle's box touches, and whether a pixel's centre lies in the box and in the
+    /// image. If none does, the triangle touches nothing.
     #[inline(always)]
     fn new(triangle: u32, [a, b, c]: &[Projected; 3], view: &View) -> (Self, bool) {
-        // All four numbers of a vertex at once, though two have no pixels: they are one vector.
+        // All four numbers of a vertex, since they are one vector; only x and y become pixels.
         let (mut first, mut last) = ([0; 4], [0; 4]);
         for i in 0..4 {
             first[i] = first_centre(min(min(a[i], b[i]), c[i]));
@@ -141,20 +174,7 @@ impl Touching {
     }
 }
 
-/// The first column or row of pixels whose centres are not below `low`, in 1/256 pixel: ⌈low − ½⌉ in pixels; the shift
-/// is a division that rounds down.
-#[inline(always)]
-pub(super) fn first_centre(low: i32) -> i32 {
-    low.wrapping_add(SUBPIXELS / 2 - 1) >> SUBPIXELS.trailing_zeros()
-}
-
-/// One past the last column or row of pixels whose centres are not above `high`: ⌊high − ½⌋ + 1 in pixels.
-#[inline(always)]
-pub(super) fn past_centre(high: i32) -> i32 {
-    high.wrapping_add(SUBPIXELS / 2) >> SUBPIXELS.trailing_zeros()
-}
-
-/// What clipping leaves of a triangle: the corners of a convex polygon, none where it need not be clipped.
+/// What clipping leaves of a triangle: the corners of a convex polygon. None where it need not be clipped.
 #[inline(never)]
 fn clip_one(triangle: &[u32; 3], positions: &[Vec3], vertices: &[Projected], view: &View) -> Vec<Projected> {
     let [a, b, c] = triangle.map(|corner| vertices[corner as usize][3]);
@@ -169,8 +189,8 @@ fn clip_one(triangle: &[u32; 3], positions: &[Vec3], vertices: &[Projected], vie
     polygon.into_iter().map(snapped).collect()
 }
 
-/// Sorts triangles by the tiles that they touch, by counting: the triangles of one tile after those of another, and
-/// where each tile's begin.
+/// Sorts triangles by the tiles that they touch (a counting sort). Returns the triangles of each tile, one
+/// tile after the other, and where each tile's begin.
 fn sorted(found: &[Touching], view: &View) -> (Vec<u32>, Vec<u32>) {
     let columns = view.width.div_ceil(TILE);
     let tiles = columns * view.height.div_ceil(TILE);

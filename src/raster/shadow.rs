@@ -11,12 +11,12 @@ use glam::Vec3;
 /// see the solid at more than 30 times the slant of those at its centre.
 const WIDEST: f32 = 5.671_282;
 
-/// The farthest point light, in radii of the box: beyond it the rounding of a distance in `f32` is over a hundredth
-/// of the radius, and no thickness can be measured.
+/// The farthest point light, in radii of the box: beyond it the rounding of a distance in `f32` is over a
+/// hundredth of the radius, and no thickness can be measured.
 const FARTHEST: f32 = 1e5;
 
-/// A light's view of a box, and its measure of distance: radial from a point, along the direction from a plane
-/// otherwise.
+/// A light's view of a box, and its measure of distance: radial from a point, along the direction from a
+/// plane otherwise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShadowView {
     /// The view that rasterizes the map.
@@ -29,8 +29,8 @@ pub struct ShadowView {
     origin: Vec3,
     /// Right, up and ahead of a map that just holds the box.
     axes: Axes,
-    /// The middle of the map from where the axis ahead of the origin meets it, measured as half extents are, along
-    /// the map's own sides.
+    /// How far the middle of the map is from where the axis ahead of the origin meets it, measured as `half`
+    /// is, along the map's own sides.
     pub(crate) middle: [f32; 2],
     /// Half the extent of the map at distance 1 (point) or at any distance (direction).
     pub(crate) half: [f32; 2],
@@ -40,8 +40,8 @@ impl ShadowView {
     /// The view of a point light at `eye` on the box `center ± half_extents`, `size` × `size` texels.
     ///
     /// # Errors
-    /// Where the light is inside the box, so near that it sees it under more than 160°, or farther away than 100,000
-    /// times the box's radius.
+    /// Where the light is inside the box, so near that it sees it under more than 160°, or farther away than
+    /// 100,000 times the box's radius.
     pub fn point(eye: Vec3, center: Vec3, half_extents: Vec3, size: usize) -> Result<Self, Error> {
         let refused = || {
             Error::new("the light is inside the solid's bounding box, or too near to it for a shadow map")
@@ -79,9 +79,9 @@ impl ShadowView {
         Ok(Self { view, eye: Some(eye), plane, origin: eye, axes, middle: [0.0; 2], half })
     }
 
-    /// The view of a directional light on the box `center ± half_extents`, `size` × `size` texels; `direction`
-    /// is that in which the light travels. Distance is measured from the plane two radii of the box before its
-    /// centre, so it is positive on the box.
+    /// The view of a directional light on the box `center ± half_extents`, `size` × `size` texels;
+    /// `direction` is that in which the light travels. Distance is measured from the plane two radii of the
+    /// box before its centre, so it is positive on the box.
     pub fn directional(direction: Vec3, center: Vec3, half_extents: Vec3, size: usize) -> Self {
         let axes = Axes::looking(direction, Vec3::Y);
         let radius = half_extents.length();
@@ -97,11 +97,12 @@ impl ShadowView {
         Self { view, eye: None, plane, origin, axes, middle: [0.0; 2], half }
     }
 
-    /// The same view on `points` of the box alone: its map has the tightest rectangle around their projection, turned
-    /// about the view's axis by at most 45° and moved off it. Distances are measured as before.
+    /// The same view on `points` of the box alone: its map has the tightest rectangle around their
+    /// projection, turned about the view's axis by at most 45° and moved off it. Distances are measured as
+    /// before.
     ///
-    /// Of all rectangles the one of least area is taken, which wastes the fewest texels; it can be longer than the
-    /// box's map is wide, and its texels are then longer than wide.
+    /// Of all rectangles the one of least area is taken, which wastes the fewest texels; it can be longer
+    /// than the box's map is wide, and its texels are then longer than wide.
     #[must_use]
     pub fn fitted(&self, points: impl Iterator<Item = Vec3>) -> Self {
         let [right, up, forward] =

@@ -6,9 +6,9 @@ use crate::numeric::vector::unit_or_zero;
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 
-/// Points of a surface that pixels see, side by side: the arrays' lanes from `count` on hold leftovers.
+/// Points of a surface that pixels see, one in each lane. The lanes from `count` on have leftovers.
 #[derive(Debug, Clone)]
-pub struct Points {
+pub struct SurfacePoints {
     /// How many there are.
     pub count: usize,
     /// The index of each one's pixel.
@@ -19,7 +19,7 @@ pub struct Points {
     pub normal: [[f32; BLOCK]; 3],
 }
 
-impl Points {
+impl SurfacePoints {
     /// No point yet.
     pub const NONE: Self =
         Self { count: 0, pixel: [0; BLOCK], position: [[0.0; BLOCK]; 3], normal: [[0.0; BLOCK]; 3] };
@@ -37,10 +37,10 @@ impl Points {
     }
 }
 
-/// Hands what the pixels of a view see to `each`, a block of points at a time: `seen` are their triangles from pixel
-/// `first` on, [`NONE`] where there is none.
-pub fn surfaces(mesh: &Mesh, view: &View, seen: &[u32], first: usize, mut each: impl FnMut(&Points)) {
-    let (mut points, mut corners) = (Points::NONE, Corners::NONE);
+/// Hands what the pixels of a view see to `each`, a block of points at a time: `seen` are their triangles
+/// from pixel `first` on, [`NONE`] where there is none.
+pub fn surfaces(mesh: &Mesh, view: &View, seen: &[u32], first: usize, mut each: impl FnMut(&SurfacePoints)) {
+    let (mut points, mut corners) = (SurfacePoints::NONE, Corners::NONE);
     let (mut x, mut y) = (first % view.width, first / view.width);
     for (pixel, triangle) in (first as u32..).zip(seen) {
         if *triangle != NONE {
@@ -88,7 +88,7 @@ impl Corners {
 }
 
 wide! {
-    fn interpolate(view: &View, corners: &Corners, points: &mut Points) {
+    fn interpolate(view: &View, corners: &Corners, points: &mut SurfacePoints) {
         for lane in 0..BLOCK {
             let three = |of: &[[[f32; BLOCK]; 3]; 3]| {
                 let corner = |i: usize| Vec3::new(of[i][0][lane], of[i][1][lane], of[i][2][lane]);

@@ -40,8 +40,8 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// The axes of a viewer who looks along `forward` with `up` as nearly upward as it can be. Where the two are
-    /// parallel, z is taken for up, and where that is parallel too, x.
+    /// The axes of a viewer who looks along `forward` with `up` as nearly upward as it can be. Where the two
+    /// are parallel, z is taken for up, and where that is parallel too, x.
     pub fn looking(forward: Vec3, up: Vec3) -> Self {
         let forward = forward.normalize();
         let side = [up, Vec3::Z, Vec3::X].map(|up| forward.cross(up.normalize_or_zero()));
@@ -80,9 +80,9 @@ impl View {
         )
     }
 
-    /// A perspective view beside its axis: the image spans `middle ± half`, as tangents to the unit axes right, up and
-    /// forward. The rows take their constants from `anchor`, a point in the image: taken from a distant eye, the
-    /// rounding of a row's direction alone would move the image by many pixels.
+    /// An off-axis perspective view: the image spans `middle ± half`, as tangents to the unit axes right, up
+    /// and forward. The rows take their constants from `anchor`, a point in the image. If they took them from
+    /// a distant eye, the rounding of a row's direction alone would move the image by many pixels.
     pub(super) fn off_axis(
         eye: Vec3,
         [right, up, forward]: [DVec3; 3],
@@ -104,8 +104,8 @@ impl View {
         Self { width, height, clip_from_world, range: Range::Perspective { near } }
     }
 
-    /// An orthographic view: the image spans `center ± half.x right ± half.y up`, and depth runs from `near` to
-    /// `far` along forward, measured from `center`.
+    /// An orthographic view: the image spans `center ± half.x right ± half.y up`, and depth runs from `near`
+    /// to `far` along forward, measured from `center`.
     pub fn orthographic(
         center: Vec3,
         axes: Axes,
@@ -144,7 +144,7 @@ impl View {
     /// x/w and y/w of the centre of pixel (`x`, `y`).
     #[inline(always)]
     pub fn ndc(&self, x: usize, y: usize) -> [f32; 2] {
-        // By way of i32, which vectors convert.
+        // By way of `i32`, since vector instructions convert from it.
         let odd = |pixel: usize| (2 * pixel as i32 + 1) as f32;
         [odd(x) / self.width as f32 - 1.0, 1.0 - odd(y) / self.height as f32]
     }
@@ -163,12 +163,13 @@ impl View {
         [2.0 * GUARD / self.width as f32, 2.0 * GUARD / self.height as f32]
     }
 
-    /// Perspective-correct barycentric coordinates of a pixel's centre, as [`Self::ndc`] gives it, on a triangle, each
-    /// in [0, 1], their sum 1.
+    /// Perspective-correct barycentric coordinates of a pixel's centre, as [`Self::ndc`] gives it, on a
+    /// triangle, each in [0, 1], their sum 1.
     ///
     /// They are the ratios of 2D cross products in homogeneous coordinates (Olano and Greer 1997), taken
-    /// relative to the pixel, so a triangle that crosses the near plane needs no clipping. The centre is inside
-    /// the snapped triangle but may be outside the unsnapped one by 1/256 pixel: coordinates are held to ≥ 0.
+    /// relative to the pixel, so a triangle that crosses the near plane needs no clipping. The centre is
+    /// inside the snapped triangle but may be outside the unsnapped one by 1/256 pixel, so coordinates are
+    /// held to ≥ 0.
     #[inline(always)]
     pub fn barycentric(&self, [a, b, c]: [Vec3; 3], ndc: [f32; 2]) -> [f32; 3] {
         let relative = |corner: Vec3| {

@@ -1,7 +1,7 @@
 //! Bakes: what a technique makes once of each pose, into a store, and frames that are lit from there.
 //!
-//! Pose k is the scene at time k / `frame_rate`. Which passes are kept, and under which settings, the technique's row says
-//! ([`crate::techniques::Bake`]). A bake reads no light.
+//! Pose k is the scene at time k / `frame_rate`. Which passes are kept, and under which settings, the
+//! technique's row says ([`crate::techniques::Bake`]). A bake reads no light.
 
 use super::Loaded;
 use crate::Error;
@@ -44,12 +44,13 @@ pub struct Baked {
     pub manifest: Manifest,
 }
 
-/// Bakes the poses of a scene that a store does not have yet: those of `poses`, or all that the scene has. `told` is told
-/// how far it has come.
+/// Bakes the poses of a scene that a store does not have yet: those of `poses`, or all that the scene has.
+/// `told` is told how far it has come.
 ///
 /// # Errors
-/// A scene of a technique that bakes nothing, more than [`MAX_POSES`], what loading refuses, a store of something else, a
-/// damaged pose without `repair`, a solid deformed out of range, what the system or `told` refuses.
+/// A scene of a technique that bakes nothing, more than [`MAX_POSES`], what loading refuses, a store of
+/// something else, a damaged pose without `repair`, a solid deformed out of range, what the system or `told`
+/// refuses.
 pub fn bake(
     scene: &Scene,
     assets: &Assets,
@@ -98,12 +99,12 @@ pub fn load(scene: &Scene, assets: &Assets, wanted: &[&str]) -> Result<Loaded, E
     Loaded::beside(scene, assets, wanted, &given)
 }
 
-/// Renders the wanted passes of a scene that [`load`] loaded, with what the store in `folder` has of the scene's pose.
-/// The results are those of [`Loaded::render`], bit for bit.
+/// Renders the wanted passes of a scene that [`load`] loaded, with what the store in `folder` has of the
+/// scene's pose. The results are those of [`Loaded::render`], bit for bit.
 ///
 /// # Errors
-/// A time that is no pose's, a store of something else, naming the first key that differs, a pose that it does not have, a
-/// damaged one, and those of [`Loaded::render`].
+/// A time that is no pose's, a store of something else, naming the first key that differs, a pose that it
+/// does not have, a damaged one, and those of [`Loaded::render`].
 pub fn render(
     scene: &Scene,
     loaded: &Loaded,
@@ -131,7 +132,8 @@ pub fn render(
     loaded.render_from(scene, wanted, given, recorder)
 }
 
-/// Whether a pass of a bake does not run where the store has its passes: it is stored, or only for those that are.
+/// Whether a pass of a bake does not run where the store has its passes: it is stored, or only for those that
+/// are.
 fn given(pass: &str, stored: &[&str], wanted: &[&str]) -> bool {
     stored.contains(&pass) || !wanted.contains(&pass)
 }

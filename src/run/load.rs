@@ -15,8 +15,8 @@ use crate::world::{obj, shapes};
 use glam::{Mat3, Vec3};
 use std::sync::Arc;
 
-/// The least and the greatest radius of a solid's bounding box, in the scene's unit: beyond them squares and products
-/// of lengths leave the range of `f32`.
+/// The least and the greatest radius of a solid's bounding box, in the scene's unit: beyond them squares and
+/// products of lengths leave the range of `f32`.
 pub const RADII: [f32; 2] = [1e-12, 1e15];
 
 /// What a scene names, loaded and placed: all frames of a sequence share it.
@@ -76,7 +76,8 @@ impl Loaded {
         load().map_err(|error: Error| scene.place(error))
     }
 
-    /// The solid of the scene that this was loaded for, in the pose of that scene's time: the wave first, then the bend.
+    /// The solid of the scene that this was loaded for, in the pose of that scene's time: the wave first,
+    /// then the bend.
     ///
     /// # Errors
     /// A solid deformed out of range.
@@ -92,8 +93,8 @@ impl Loaded {
         Ok(solid)
     }
 
-    /// What a frame is made of: the scene that this was loaded for, at that scene's time ([`Scene::at`]). Its camera may
-    /// have moved since, and so may its points and directions of light.
+    /// What a frame is made of: the scene that this was loaded for, at that scene's time ([`Scene::at`]). Its
+    /// camera may have moved since, and so may its points and directions of light.
     ///
     /// # Errors
     /// A solid deformed out of range.
@@ -203,7 +204,8 @@ fn shape(shape: Shape, n: usize, extents: Vec3) -> Result<Mesh, Error> {
     }
 }
 
-/// The light that an environment is, in so many bands; `None` for another kind of light. Its coefficients are finite.
+/// The light that an environment is, in so many bands; `None` for another kind of light. Its coefficients are
+/// finite.
 fn environment(index: usize, source: &Source, bands: usize, assets: &Assets) -> Result<Option<Light>, Error> {
     let Source::Environment { radiance, scale } = source else { return Ok(None) };
     let form = match radiance {

@@ -6,8 +6,8 @@ use crate::scene::Scene;
 use crate::techniques::Outline;
 use std::collections::BTreeMap;
 
-/// The most bytes that a request may need, as [`memory`] counts them: what the width of a pointer can address leaves
-/// little more where it has 32 bits.
+/// The most bytes that a request may need, as [`memory`] counts them: what the width of a pointer can address
+/// leaves little more where it has 32 bits.
 pub const MAX_MEMORY: u64 = if usize::BITS < 64 { 1 << 30 } else { 8 << 30 };
 
 /// The bytes of a pass's buffer, at most.
@@ -38,10 +38,10 @@ pub(super) fn buffer(scene: &Scene, outline: &Outline<'_>, info: &Info) -> u64 {
     info.axes.iter().map(|axis| length(axis) as u64).product::<u64>() * 4
 }
 
-/// The bytes that the passes of a request need at most, by the scene's settings and the number of the solid's vertices
-/// (0 before it is loaded): their buffers, as if none were freed before the end, the recorder's copies of the wanted
-/// ones, twice the largest while it is made and digested, and what passes need beside their buffers. The solid's own come
-/// on top.
+/// The bytes that the passes of a request need at most, by the scene's settings and the number of the solid's
+/// vertices (0 before it is loaded): their buffers, as if none were freed before the end, the recorder's
+/// copies of the wanted ones, twice the largest while it is made and digested, and what passes need beside
+/// their buffers. The solid's own come on top.
 ///
 /// # Errors
 /// An unknown pass.

@@ -1,5 +1,5 @@
-//! From a scene to its passes: loading, memory, frames, bakes and the ground truth. What renders, bakes or is exported is
-//! told by the row of the scene's technique; nothing here knows one by its name.
+//! From a scene to its passes: loading, memory, frames, bakes and the ground truth. What renders, bakes or is
+//! exported is told by the row of the scene's technique; nothing here knows one by its name.
 
 pub mod bake;
 mod load;
@@ -19,8 +19,8 @@ use serde_json::Value as Json;
 /// Renders the wanted passes of a scene, and what they need, into a recorder.
 ///
 /// # Errors
-/// More than [`MAX_MEMORY`], before anything is allocated; a missing or unusable asset, a scene that cannot be
-/// rendered, and what the recorder refuses.
+/// More than [`MAX_MEMORY`], before anything is allocated; a missing or unusable asset, a scene that cannot
+/// be rendered, and what the recorder refuses.
 ///
 /// ```
 /// use bitlight::pass::Kept;
@@ -48,12 +48,13 @@ pub fn render(
     Loaded::new(scene, assets, wanted)?.render(scene, wanted, recorder)
 }
 
-/// Lets the allocator keep the memory of a frame for the next one: a program that renders many frames calls it first.
+/// Lets the allocator keep the memory of a frame for the next one: a program that renders many frames calls
+/// it first.
 ///
-/// A frame's buffers are megabytes each. By default glibc takes such blocks from the system one by one and gives them
-/// back when they are freed, so every frame first touches new pages: about a quarter of its time. glibc learns by what is
-/// freed: after one block of 31 MiB, never touched here, it serves blocks up to that size from its heap and keeps up to
-/// 62 MiB there. With another allocator this does nothing.
+/// A frame's buffers are megabytes each. By default glibc takes such blocks from the system one by one and
+/// gives them back when they are freed, so every frame first touches new pages: about a quarter of its time.
+/// glibc learns by what is freed: after one block of 31 MiB, never touched here, it serves blocks up to that
+/// size from its heap and keeps up to 62 MiB there. With another allocator this does nothing.
 pub fn keep_memory() {
     drop(std::hint::black_box(vec![0_u8; 31 << 20]));
 }

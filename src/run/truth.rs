@@ -74,12 +74,12 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Loads what a scene names and prepares its ground truth: by the model of `truth.model`, or where that is absent by
-    /// the one that the scene's technique approximates.
+    /// Loads what a scene names and prepares its ground truth: by the model of `truth.model`, or where that
+    /// is absent by the one that the scene's technique approximates.
     ///
     /// # Errors
-    /// A missing or unusable asset, more than [`MAX_MEMORY`] for the sums, what the model cannot find, and what the
-    /// technique refuses where `truth.model` is absent.
+    /// A missing or unusable asset, more than [`MAX_MEMORY`] for the sums, what the model cannot find, and
+    /// what the technique refuses where `truth.model` is absent.
     pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, Error> {
         let count = scene.size[0] * scene.size[1];
         // The sums twice, as they are written, and the two buffers.
@@ -106,7 +106,8 @@ impl Truth {
     /// Goes on from the state that an earlier run left at `path`, if there is one.
     ///
     /// # Errors
-    /// A file that is no state or is damaged, and one of another scene or other settings: what differs is named.
+    /// A file that is no state or is damaged, and one of another scene or other settings: what differs is
+    /// named.
     pub fn resume(&mut self, path: &Path) -> Result<(), Error> {
         if !path.exists() {
             return Ok(());
@@ -125,8 +126,8 @@ impl Truth {
         file::write(path, |out| self.identity.write(out, &self.sums))
     }
 
-    /// Takes samples, whole passes over the image, until there are enough or the time is over, and saves the state at
-    /// `path` now and then.
+    /// Takes samples, whole passes over the image, until there are enough or the time is over, and saves the
+    /// state at `path` now and then.
     ///
     /// # Errors
     /// What the system refuses.
@@ -218,8 +219,8 @@ fn prepare(scene: &Scene, stage: Stage) -> Result<(Estimator, Transport), Error>
     Ok((estimator, transport))
 }
 
-/// Lights as the ground truth sees them: as they are, or where `bands` is not 0, environments and directions projected to
-/// so many bands, as techniques light with them.
+/// Lights as the ground truth sees them: as they are, or where `bands` is not 0, environments and directions
+/// projected to so many bands, as techniques light with them.
 pub fn lights(all: &[Light], bands: usize) -> Lights {
     let mut lights = Lights { draw: true, ..Lights::default() };
     for light in all {
@@ -265,8 +266,8 @@ pub fn surface(brdf: Brdf, bounces: Option<usize>) -> truth::Model {
     truth::Model::Surface { brdf, bounces, normals: Normals::Interpolated }
 }
 
-/// The settings on which samples depend: those that bear on the ground truth, and of the solid's materials the one that
-/// the transport meets.
+/// The settings on which samples depend: those that bear on the ground truth, and of the solid's materials
+/// the one that the transport meets.
 fn settings(scene: &Scene, transport: Transport) -> serde_json::Map<String, serde_json::Value> {
     let mut settings = scene.values.bearing(Bears::Truth, |key| match key.table {
         "surface" => transport == Transport::Surface,
@@ -278,8 +279,8 @@ fn settings(scene: &Scene, transport: Transport) -> serde_json::Map<String, serd
     settings
 }
 
-/// The chunk in which samples are taken between two looks at the clock: whole passes over the image that take about a
-/// second, by how long the last ones took.
+/// The chunk in which samples are taken between two looks at the clock: whole passes over the image that take
+/// about a second, by how long the last ones took.
 fn chunk(last: u64, seconds: f64) -> u64 {
     max((last as f64 / max(seconds, 1e-6)) as u64, 1)
 }

@@ -1,5 +1,5 @@
-//! The keys that scenes of every technique share, and what is made of all keys together: the JSON Schema of scenes, and
-//! scenes to start from.
+//! The keys that scenes of every technique share, and what is made of all keys together: the JSON Schema of
+//! scenes, and scenes to start from.
 
 use super::reader::{HIGHLIGHT_NAMES, LIGHT_NAMES, SHAPE_NAMES, UNIT_NAMES};
 use crate::keys::{ALL, Key, Kind, Only, PICTURE, PICTURE_AND_TRANSFER, PICTURE_AND_TRUTH, Value};
@@ -305,7 +305,8 @@ const SHARED: &[Key] = &[
     .or("1"),
 ];
 
-/// All keys, in the order in which a scene is written: shared ones, those of each technique, those of the ground truth.
+/// All keys, in the order in which a scene is written: shared ones, those of each technique, those of the
+/// ground truth.
 pub fn all(techniques: &[&'static Technique]) -> Vec<&'static Key> {
     let own = techniques.iter().flat_map(|technique| technique.keys);
     SHARED.iter().chain(own).chain(truth::KEYS).collect()
@@ -374,7 +375,8 @@ pub fn schema(techniques: &[&'static Technique]) -> Json {
     schema
 }
 
-/// A scene of a technique with every key, its meaning and its default: what stands behind a `#` may be left out.
+/// A scene of a technique with every key, its meaning and its default: what stands behind a `#` may be left
+/// out.
 pub fn template(technique: &'static Technique) -> String {
     let mut text =
         String::from("# A scene of bitlight. Lines behind a # show defaults and alternatives.\n\n");

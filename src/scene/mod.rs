@@ -1,5 +1,5 @@
-//! Scenes: TOML files that say what to render. [`keys`] has the shared keys, `reader.rs` makes a scene of a file's checked
-//! values, [`Assets`] yields the files that it names.
+//! Scenes: TOML files that say what to render. [`keys`] has the shared keys, `reader.rs` makes a scene of a
+//! file's checked values, [`Assets`] yields the files that it names.
 
 mod assets;
 pub mod keys;
@@ -28,7 +28,8 @@ const MAX_BYTES: u64 = 1 << 20;
 pub struct Scene {
     /// The file it came from.
     pub file: PathBuf,
-    /// Every value that holds, given or by default. The fields below are what they come to; the techniques read their own.
+    /// Every value that holds, given or by default. The fields below are what they come to; the techniques
+    /// read their own.
     pub values: Values,
     /// What renders it.
     pub technique: &'static Technique,
@@ -194,8 +195,8 @@ impl Scene {
         values.and_then(|values| reader::scene(values, techniques, file)).map_err(|error| error.file(file))
     }
 
-    /// Every setting on which some pass depends, given or by default, by its key: not those of other techniques nor of the
-    /// ground truth.
+    /// Every setting on which some pass depends, given or by default, by its key: not those of other
+    /// techniques nor of the ground truth.
     pub fn settings(&self) -> Map<String, Json> {
         self.values.bearing(Bears::Picture, |key| keys::reads(self.technique, key.table))
     }

@@ -17,7 +17,8 @@ use std::io::Read;
 /// The most texels of a map: 8192 × 4096, 403 MB of radiance.
 pub const MAX_TEXELS: usize = 8192 * 4096;
 
-/// The most bytes of an HDR file: [`MAX_TEXELS`] texels of four bytes, with room for a header and run lengths.
+/// The most bytes of an HDR file: [`MAX_TEXELS`] texels of four bytes, with room for a header and run
+/// lengths.
 pub const MAX_BYTES: u64 = 5 * MAX_TEXELS as u64;
 
 /// Rows whose texels one task adds up from left to right before the tasks' sums meet in [`sum::sum`].
@@ -61,8 +62,8 @@ impl LatLong {
     /// real-time engines: the texels as stored are the radiance.
     ///
     /// # Errors
-    /// Bytes that are no such file or end early, and more than [`MAX_TEXELS`] (found before anything is allocated for
-    /// them).
+    /// Bytes that are no such file or end early, and more than [`MAX_TEXELS`] (found before anything is
+    /// allocated for them).
     pub fn from_hdr(bytes: &[u8]) -> Result<Self, Error> {
         let refused = |error: image::ImageError| {
             Error::new(format!("no Radiance HDR image: {error}"))
@@ -132,9 +133,9 @@ impl LatLong {
     /// with radiance where the paper says irradiance.
     ///
     /// Each texel counts as its radiance times its exact solid angle times Y_lm at its *centre*, where the
-    /// map as piecewise constant would take Y_lm's mean over the texel. The difference is of second order:
-    /// measured on the Grace probe (256 × 128, a hard case for its small bright lights) it is below l(l + 1)
-    /// Δ² / 8 of c_00 in band l, Δ = π / height, that is 1e-4 of band 1 and 1e-3 of band 5.
+    /// map as piecewise constant would take Y_lm's mean over the texel. The difference is of second order.
+    /// Measured on the Grace probe (256 × 128, a hard case for its small bright lights), it is below l(l + 1)
+    /// Δ² / 8 of c_00 in band l, with Δ = π / height: 1e-4 of band 1 and 1e-3 of band 5.
     ///
     /// Sums are in `f64`: a task's eight rows from left to right, then the tasks in [`sum::sum`]'s order.
     ///
@@ -222,8 +223,8 @@ impl Environment {
         coefficients
     }
 
-    /// The radiance from a unit `direction`, RGB; that of a probe is the sum of its nine functions, which rings below
-    /// zero opposite a bright side.
+    /// The radiance from a unit `direction`, RGB; that of a probe is the sum of its nine functions, which
+    /// rings below zero opposite a bright side.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let radiance = match &self.form {
             Form::Map(map) => map.radiance(direction),
@@ -258,8 +259,8 @@ fn check_size(width: usize, height: usize) -> Result<(), Error> {
 ///
 /// `image`'s decoder multiplies the length of each consecutive marker (1, 1, 1, n) by 256 once more, and
 /// overflows at the eighth: a panic in builds that check. It fetches texels of the old encoding, and no other
-/// data of consequence, in reads of four bytes without another read between them; two markers span 65,535
-/// texels, more than any row here, so a third is refused.
+/// data of consequence, in reads of four bytes without another read between them. Two markers span 65,535
+/// texels, more than any row here has, so the guard refuses a third.
 struct RunGuard<'a> {
     bytes: &'a [u8],
     runs: usize,

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 
 /// `count` unit vectors spread evenly over the sphere; each stands for 4π / `count` steradians.
 ///
-/// Spherical Fibonacci points (Keinert, Innmann, Sänger and Stamminger 2015) with the half-step offset:
-/// z_i = 1 − (2i + 1) / N, φ_i = 2π frac(i / Φ) with the golden ratio Φ, for i = 0 … N − 1. No point lies at a
+/// Spherical Fibonacci points (Keinert, Innmann, Sänger and Stamminger 2015) with the half-step offset: z_i =
+/// 1 − (2i + 1) / N, φ_i = 2π frac(i / Φ) with the golden ratio Φ, for i = 0 … N − 1. No point lies at a
 /// pole, Σ z = 0, and z descends.
 pub fn fibonacci(count: usize) -> Vec<[f64; 3]> {
     /// 1 / Φ = (√5 − 1) / 2
@@ -139,7 +139,8 @@ mod tests {
         for d in &directions {
             assert!((d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-15);
         }
-        // z-only polynomials see the midpoint rule, whose error is known: mean z² = 1/3 − 1/(3 N²).
+        // For polynomials in z alone this is the midpoint rule, whose error is known: mean z² = 1/3 − 1/(3
+        // N²).
         assert!((mean(&|d| d[2] * d[2]) - 1.0 / 3.0 + 1.0 / (3.0 * 4096.0 * 4096.0)).abs() < 1e-14);
         for axis in 0..3 {
             assert!(mean(&|d| d[axis]).abs() < 2e-5, "axis {axis}");

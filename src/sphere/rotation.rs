@@ -76,7 +76,8 @@ impl Rotation {
         rotated
     }
 
-    /// [`Self::rotate`] of every column of a matrix of bands² rows of `width` items, all at once and with the same bits.
+    /// [`Self::rotate`] of every column of a matrix of bands² rows of `width` items, all at once and with the
+    /// same bits.
     ///
     /// # Panics
     /// Where `matrix` has not bands² · `width` items.

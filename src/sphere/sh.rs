@@ -107,11 +107,10 @@ pub fn evaluate_as_printed(bands: usize, direction: [f64; 3], out: &mut [f64]) {
 /// All `bands`² functions at `direction`, in `f32`, into `out` at l² + l + m: [`evaluate`]'s polynomials
 /// written out.
 ///
-/// Each value is within 4 ULP of [`evaluate`]'s, and within 7e-7: ULP of the largest monomial in x, y and z that
-/// the value is a sum of, since more cannot be asked where terms cancel.
-/// `direction` is a unit vector, `bands` counts to [`FAST_BANDS`]. Source: Banterle and Chalmers, Eq. 7, Eq.
-/// 8 and Eq. 9; the factoring is Sloan's ("Efficient Spherical Harmonic Evaluation", JCGT 2013) without his
-/// phase.
+/// Each value is within 4 ULP of [`evaluate`]'s, and within 7e-7. The ULP is that of the largest monomial in
+/// x, y and z in the value's sum, since no more can be asked where terms cancel. `direction` is a unit
+/// vector, `bands` counts to [`FAST_BANDS`]. Source: Banterle and Chalmers, Eq. 7, Eq. 8 and Eq. 9; the
+/// factoring is Sloan's ("Efficient Spherical Harmonic Evaluation", JCGT 2013) without his phase.
 ///
 /// # Panics
 /// Where `bands` exceeds [`FAST_BANDS`] or `out` has not `bands`² items.

@@ -75,7 +75,8 @@ pub fn write_png(path: &Path, width: usize, height: usize, rgb: &[u8]) -> Result
 /// Every layer of an EXR file.
 ///
 /// # Errors
-/// Those of [`crate::pass::exr::parse`], a missing file, and one that is too long, found before it is held in memory.
+/// Those of [`crate::pass::exr::parse`], a missing file, and one that is too long, found before it is held in
+/// memory.
 #[cfg(feature = "exr")]
 pub fn read_exr(path: &Path) -> Result<Vec<crate::pass::Layer>, Error> {
     use crate::pass::exr;
@@ -104,8 +105,8 @@ pub fn read_obj(path: impl AsRef<Path>) -> Result<Mesh, Error> {
 /// The map of a Radiance HDR file.
 ///
 /// # Errors
-/// Those of [`LatLong::from_hdr`], a missing file, and one that is longer than [`environment::MAX_BYTES`], naming the
-/// file.
+/// Those of [`LatLong::from_hdr`], a missing file, and one that is longer than [`environment::MAX_BYTES`],
+/// naming the file.
 pub fn read_hdr(path: impl AsRef<Path>) -> Result<LatLong, Error> {
     let path = path.as_ref();
     let bytes = read(path, environment::MAX_BYTES, environment::SMALLER)?;
@@ -165,8 +166,8 @@ pub fn below(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, Error> {
 }
 
 /// Files of one folder that appear in it together: all are written in a folder of their own inside it, and
-/// [`Batch::commit`] puts each in its place when every one is complete. Dropped before that, it leaves the folder
-/// as it was. (A process that is killed leaves its `.….tmp` behind; such a folder may be deleted.)
+/// [`Batch::commit`] puts each in its place when every one is complete. Dropped before that, it leaves the
+/// folder as it was. (A process that is killed leaves its `.….tmp` behind; such a folder may be deleted.)
 #[derive(Debug)]
 pub struct Batch {
     folder: PathBuf,
@@ -245,8 +246,8 @@ fn refused(error: &io::Error, path: &Path) -> Error {
     Error::new(format!("cannot be written: {error}")).file(path).remedy(remedy)
 }
 
-/// Makes something under a new name beside `path`, `.NAME.PROCESS.NUMBER.tmp`, that no other thread or process
-/// has, not even one that was killed.
+/// Makes something under a new name beside `path`, `.NAME.PROCESS.NUMBER.tmp`, that no other thread or
+/// process has, not even one that was killed.
 fn temporary<T>(path: &Path, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
     static NUMBER: AtomicU64 = AtomicU64::new(0);
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();

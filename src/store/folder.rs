@@ -1,5 +1,5 @@
-//! A store: a folder of `.npy` files, a chunk of each entry a file, and a manifest. Entries are the poses of a bake
-//! (`pose.0007`), or whatever else is worth keeping under a name.
+//! A store: a folder of `.npy` files, a chunk of each entry a file, and a manifest. Entries are the poses of
+//! a bake (`pose.0007`), or whatever else is worth keeping under a name.
 //!
 //! ```text
 //! manifest.json            what the entries were made of, and for each its chunks: shape, type, digest
@@ -7,17 +7,17 @@
 //! .writers .lock           empty files that processes lock
 //! ```
 //!
-//! An entry's chunks are written first, each whole or not at all, and its lines of the manifest after them. So a process
-//! may be killed at any time, and the next goes on behind the last finished entry. Several processes may write into one
-//! store, at the same time too: the manifest is read anew and rewritten under the lock of `.lock`. Its entries stand in the
-//! order of their names, and no time, path, host or number of threads is in it. So the same entries give the same bytes,
-//! whoever made them in what order.
+//! An entry's chunks are written first, each whole or not at all, and its lines of the manifest after them.
+//! So a process may be killed at any time, and the next goes on behind the last finished entry. Several
+//! processes may write into one store, at the same time too: the manifest is read anew and rewritten under
+//! the lock of `.lock`. Its entries stand in the order of their names, and no time, path, host or number of
+//! threads is in it. So the same entries give the same bytes, whoever made them in what order.
 //!
-//! A killed process leaves its temporary files (`.….tmp`). A process that opens the store for writing removes them while
-//! nobody else has it open, which the lock of `.writers` tells; a reader ignores them.
+//! A killed process leaves its temporary files (`.….tmp`). A process that opens the store for writing removes
+//! them while nobody else has it open, which the lock of `.writers` tells; a reader ignores them.
 //!
-//! The manifest ends with a digest of its own. It must be, as each chunk's header, to the byte what is written here, so a
-//! flipped byte shows wherever it is.
+//! The manifest ends with a digest of its own. It must be, as each chunk's header, to the byte what is
+//! written here, so a flipped byte shows wherever it is.
 
 use super::file;
 use super::manifest::{MANIFEST, Manifest, is_chunk, is_entry};
@@ -61,11 +61,12 @@ fn chunk(folder: &Path, entry: &str, record: &Record) -> Result<Buffer, Error> {
     Ok(buffer)
 }
 
-/// Reads the chunks of an entry and verifies them, by their names; `made_of` is what the store must have been made of.
+/// Reads the chunks of an entry and verifies them, by their names; `made_of` is what the store must have been
+/// made of.
 ///
 /// # Errors
-/// A folder that is no store, one that was made of something else, naming the first key that differs, an entry that it
-/// does not have, and a damaged chunk, naming the file.
+/// A folder that is no store, one that was made of something else, naming the first key that differs, an
+/// entry that it does not have, and a damaged chunk, naming the file.
 pub fn read(
     folder: &Path,
     made_of: &Map<String, Json>,
@@ -122,8 +123,8 @@ impl Store {
     /// Opens the store in `folder`, made where it is not there, for entries that are made of `made_of`.
     ///
     /// # Errors
-    /// A store that was made of something else, naming the first key that differs; a damaged manifest; what the
-    /// system refuses.
+    /// A store that was made of something else, naming the first key that differs; a damaged manifest; what
+    /// the system refuses.
     pub fn open(folder: &Path, made_of: Map<String, Json>) -> Result<Self, Error> {
         fs::create_dir_all(folder).map_err(|error| refused("made", &error, folder))?;
         let path = folder.join(".writers");
@@ -139,8 +140,8 @@ impl Store {
         Ok(store)
     }
 
-    /// Which entries are still to be made: those that the manifest does not have, and with `repair` damaged ones. All that
-    /// are there are verified.
+    /// Which entries are still to be made: those that the manifest does not have, and with `repair` damaged
+    /// ones. All that are there are verified.
     ///
     /// # Errors
     /// A damaged entry, by its file, without `repair`.
@@ -163,8 +164,8 @@ impl Store {
     /// What the system refuses; a manifest that somebody has changed or removed in the meantime.
     ///
     /// # Panics
-    /// For an entry's name that is more than small letters and digits between dots, and a chunk's that is more than small
-    /// letters.
+    /// For an entry's name that is more than small letters and digits between dots, and a chunk's that is
+    /// more than small letters.
     pub fn put(&self, entry: &str, chunks: &[(&str, &Buffer)]) -> Result<(), Error> {
         assert!(is_entry(entry), "{entry} is no name of an entry");
         let mut records = Vec::new();
@@ -184,8 +185,8 @@ impl Store {
         existing(&self.folder)
     }
 
-    /// Reads the manifest, changes it and puts it in its place, while no other process does; `fresh` is what it is where
-    /// there is none.
+    /// Reads the manifest, changes it and puts it in its place, while no other process does; `fresh` is what
+    /// it is where there is none.
     fn rewrite(&self, fresh: Option<Manifest>, change: impl FnOnce(&mut Manifest)) -> Result<(), Error> {
         let path = self.folder.join(".lock");
         let lock = lock_file(&path)?;

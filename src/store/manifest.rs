@@ -10,8 +10,8 @@ use std::path::Path;
 /// The most of a manifest that is read, in bytes.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// What the manifest says that it is. Changes with the meaning of the files and with every change of the bits that are
-/// baked, so that no store mixes them; `tests/store.rs` knows a digest.
+/// What the manifest says that it is. Changes with the meaning of the files and with every change of the bits
+/// that are baked, so that no store mixes them; `tests/store.rs` knows a digest.
 const FORMAT: &str = "bitlight store 2";
 
 /// Its file in the store.

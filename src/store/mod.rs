@@ -1,5 +1,6 @@
-//! What is kept on disk: single files, read up to a length and written whole or not at all; the files of a frame; and
-//! stores, folders of `.npy` files under a manifest ([`Store`]). Only this folder and the command touch files.
+//! What is kept on disk: single files, read up to a length and written whole or not at all; the files of a
+//! frame; and stores, folders of `.npy` files under a manifest ([`Store`]). Only this folder and the command
+//! touch files.
 
 pub mod file;
 mod folder;

@@ -1,5 +1,5 @@
-//! The techniques, a row each. What stands above this folder knows them by their rows alone: a new one is a folder here
-//! and a line in [`ALL`].
+//! The techniques, a row each. What stands above this folder knows them by their rows alone: a new one is a
+//! folder here and a line in [`ALL`].
 
 pub mod prt;
 pub mod translucency;
@@ -16,7 +16,8 @@ use std::fmt;
 /// Every technique.
 pub static ALL: &[&Technique] = &[&translucency::TECHNIQUE, &prt::TECHNIQUE];
 
-/// A technique: what scenes, goldens, stores and the ground truth need to know of one. Plain data and functions.
+/// A technique: what scenes, goldens, stores and the ground truth need to know of one. Plain data and
+/// functions.
 pub struct Technique {
     /// Its name in scenes and before the names of its passes.
     pub name: &'static str,
@@ -105,8 +106,8 @@ impl Technique {
         Ok(self.passes.iter().zip(needed).filter(|(_, needed)| *needed).map(|(info, _)| info).collect())
     }
 
-    /// The names of the passes that a request means: `final`, `all`, or names separated by commas, with or without the
-    /// technique before them.
+    /// The names of the passes that a request means: `final`, `all`, or names separated by commas, with or
+    /// without the technique before them.
     ///
     /// # Errors
     /// An unknown name, with the nearest known one.

@@ -1,36 +1,19 @@
 //! Nodes of eight children and blocks of triangles, from obvhs's binary tree.
 
-use super::bvh::{BLOCK_TRIANGLES, BLOCK_VERTICES, Block, Node, WIDTH};
+use super::node::{BLOCK_TRIANGLES, BLOCK_VERTICES, Block, Node, Parts, WIDTH};
 use crate::numeric::order::max;
 use obvhs::bvh2::Bvh2;
 
-/// Nodes, each before those below it, the first of all the root; and the blocks.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Parts {
-    pub(super) nodes: Vec<Node>,
-    pub(super) blocks: Vec<Block>,
-}
-
-impl Parts {
-    /// Gives a node its children: new nodes, the index of whose first this returns, and these blocks.
-    fn give(&mut self, to: usize, nodes: usize, blocks: impl Iterator<Item = Block>) -> usize {
-        let first = [self.nodes.len(), self.blocks.len()];
-        self.nodes.resize(first[0] + nodes, Node::EMPTY);
-        self.blocks.extend(blocks);
-        self.nodes[to].adopt(first, [nodes, self.blocks.len() - first[1]]);
-        first[0]
-    }
-}
-
-/// What a walk through a subtree costs, and what is in it as far as one block may hold it.
+/// What a walk through a subtree costs, and the triangles and vertices in it as long as one block can hold
+/// them.
 #[derive(Clone, Copy)]
 struct Subtree {
-    /// The least cost as up to k children, for each k from 1.
+    /// The least cost if the subtree becomes up to k children of a node, for each k from 1.
     costs: [f32; WIDTH],
-    /// Number of triangles; more than a block holds where no block can.
+    /// Number of triangles; more than [`BLOCK_TRIANGLES`] also where a block cannot hold the vertices.
     triangles: usize,
     vertices: [u32; BLOCK_VERTICES],
-    /// Number of vertices.
+    /// Number of different vertices.
     different: usize,
 }
 
@@ -42,7 +25,7 @@ impl Subtree {
         leaf
     }
 
-    /// Takes a vertex in, if it is not there yet.
+    /// Adds a vertex that is not there yet.
     fn add(&mut self, vertex: u32) {
         if self.vertices[..self.different].contains(&vertex) {
             return;
@@ -53,7 +36,7 @@ impl Subtree {
         }
     }
 
-    /// What is in both.
+    /// The triangles and vertices of both.
     fn join(&self, other: &Self) -> Self {
         let mut joined = Self { triangles: self.triangles + other.triangles, ..*self };
         if joined.triangles <= BLOCK_TRIANGLES {
@@ -63,10 +46,10 @@ impl Subtree {
     }
 }
 
-/// Nodes and blocks from nodes of two, so that a ray is expected to look at the fewest: the cost of a subtree that may show
-/// itself as up to k children is the least over all ways to divide k among its two halves, or, as one child, its box's
-/// area and, unless a block holds it, the cost of its halves as eight (Ylitie, Karras and Laine 2017, §3.1). `triangles`
-/// are the mesh's.
+/// Makes nodes of eight and blocks of a binary tree, at the least expected cost for a ray (Ylitie, Karras and
+/// Laine 2017, §3.1). As up to k children, a subtree costs the least over all ways to divide k between its
+/// two halves. As one child it costs its box's area and, unless a block holds it, the cost of its halves as
+/// eight children. `triangles` are the mesh's.
 pub(super) fn collapse(binary: &Bvh2, triangles: &[[u32; 3]]) -> Parts {
     let children = |node: usize| {
         let first = binary.nodes[node].first_index as usize;
@@ -81,7 +64,8 @@ pub(super) fn collapse(binary: &Bvh2, triangles: &[[u32; 3]]) -> Parts {
             open.extend(children(node));
         }
     }
-    // As one child: whether it is a block. As up to more: how many of them are the first half's; 0 for one fewer.
+    // For one child: whether the subtree becomes a block. For up to k children: how many of them the first
+    // half becomes, or 0 where one child fewer costs no more.
     let mut plans = vec![[1; WIDTH]; binary.nodes.len()];
     let mut done: Vec<Subtree> = vec![];
     for node in order.into_iter().rev() {
@@ -112,7 +96,7 @@ pub(super) fn collapse(binary: &Bvh2, triangles: &[[u32; 3]]) -> Parts {
     let mut open = vec![(0, 0)]; // a binary node and the node that it becomes
     while let Some((from, to)) = open.pop() {
         let (mut nodes, mut blocks) = (vec![], vec![]);
-        // Subtrees, and as how many children each may show itself.
+        // Subtrees, and up to how many children each may become.
         let mut subtrees = vec![(from, WIDTH)];
         while let Some((node, mut count)) = subtrees.pop() {
             while count > 2 && plans[node][count - 1] == 0 {
@@ -143,7 +127,7 @@ pub(super) fn collapse(binary: &Bvh2, triangles: &[[u32; 3]]) -> Parts {
     parts
 }
 
-/// The levels of nodes of a tree.
+/// How many levels of nodes a tree has.
 pub(super) fn levels(nodes: &[Node]) -> usize {
     let mut below = vec![1; nodes.len()];
     for (index, node) in nodes.iter().enumerate().rev() {
@@ -154,8 +138,8 @@ pub(super) fn levels(nodes: &[Node]) -> usize {
     below[0]
 }
 
-/// A tree of as few levels as there can be over triangles in this order, two to a block: for meshes whose own tree is too
-/// deep for a walk's stack. (No such mesh is known: obvhs gives no bound.)
+/// A tree over triangles in this order, two to a block, with the fewest levels. It is for meshes whose own
+/// tree is too deep for a walk's stack. (No such mesh is known, but obvhs gives no bound.)
 pub(super) fn balanced(order: &[u32], triangles: &[[u32; 3]]) -> Parts {
     let mut parts = Parts { nodes: vec![Node::EMPTY], ..Parts::default() };
     let mut open = vec![(order, 0)];

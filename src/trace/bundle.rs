@@ -1,16 +1,26 @@
-//! Bundles of parallel rays: what each of many points sees of a set of directions, and what is met along the others.
+//! Bundles of parallel rays: which of a set of directions each of many points sees, and what its rays meet
+//! along the others.
 //!
-//! Rays of one direction share the shear of [`super::triangle`], so asking which of them are blocked is rasterising the
-//! sheared triangles against the sheared points in place of pixels: `cells.rs` sorts the points into the cells of a grid,
-//! `hold.rs` holds each triangle against the points in the cells of its box. The bits are those of single rays. The nearest
-//! hit is among the few triangles that may block a point, each of which the test of single rays then decides.
+//! Rays of one direction share the shear of [`super::triangle`]. To ask which of them are blocked is then to
+//! rasterise the sheared triangles onto the sheared points, in place of pixels. The bits are those of single
+//! rays. The nearest hit is among the few triangles that may block a point, and the test of single rays
+//! decides each of these.
+//!
+//! - `morton.rs` puts mesh and points in order. A *place* is the index of a position in that order.
+//! - `cells.rs` sorts the points into the cells of a grid. A *front* is the least depth of the points in some
+//!   neighbouring cells.
+//! - `hold.rs` *holds* each triangle against the points in the cells of its box: it tests which of them the
+//!   triangle blocks. `hold_avx2.rs` and `hold_avx512.rs` have the twins.
 
-use super::cells::{Cells, Grid, LANES};
-use super::hold::block;
+use super::cells::{Cells, Grid};
+use super::hold;
+use super::morton::{Bundle, LANES};
 use super::triangle::{Shear, Slabs, along};
 use super::{Hit, Ray};
+#[cfg(target_arch = "x86_64")]
+use crate::numeric::lanes::has_avx512;
 use crate::numeric::lanes::{BLOCK, wide};
-use crate::numeric::order::{clamp, max, max3, min, min3};
+use crate::numeric::order::{max, min};
 use crate::numeric::parallel;
 use crate::world::mesh::Mesh;
 use glam::Vec3;
@@ -18,12 +28,12 @@ use glam::Vec3;
 /// Directions whose bits share a word.
 pub const WORD: usize = 32;
 
-/// Directions that one task takes one after the other, keeping its memory.
+/// Directions that one task takes one after the other, reusing its buffers.
 const RUN: usize = 4;
 
-/// Which of `directions` each of `points` sees: bit j of word w of point p, `[points][⌈directions / 32⌉]`, is set where
-/// the direction 32 w + j is above the horizon of the point's normal (n·ω > 0) and the ray from the point along it meets
-/// no triangle of the mesh ([`super::Bvh::blocked`]). All other bits are 0.
+/// Which of `directions` each of `points` sees: bit j of word w of point p, `[points][⌈directions / 32⌉]`, is
+/// set where the direction 32 w + j is above the horizon of the point's normal (n·ω > 0) and the ray from the
+/// point along it meets no triangle of the mesh ([`super::Bvh::blocked`]). All other bits are 0.
 ///
 /// # Panics
 /// Where there are not as many normals as points.
@@ -51,9 +61,9 @@ pub fn visibility(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], directions: &[
     bits
 }
 
-/// Where the rays from `points` along `directions` first meet the mesh ([`super::Bvh::nearest`]), of the rays whose bits are
-/// set in `wanted`, `[points][⌈directions / 32⌉]`: for each point its set bits ascending. Before them, where each point's
-/// begin.
+/// Where the rays from `points` along `directions` first meet the mesh ([`super::Bvh::nearest`]), of the rays
+/// whose bits are set in `wanted`, `[points][⌈directions / 32⌉]`. The second list has the hits, point by
+/// point, each point's bits ascending. The first list says where each point's hits begin.
 ///
 /// # Panics
 /// Where `wanted` has another length.
@@ -99,104 +109,9 @@ pub fn nearest(
     (starts, hits)
 }
 
-/// A mesh and points, in an order in which neighbours in space are neighbours in memory.
-pub(super) struct Bundle {
-    /// The mesh's vertices, then those points that are none; one list a coordinate.
-    places: [Vec<f32>; 3],
-    /// The three vertices of sixteen triangles, one list a corner; the last triangle stands for those that are missing.
-    pub(super) triangles: Vec<[[u32; LANES]; 3]>,
-    /// Of each of these its index in the mesh.
-    indices: Vec<u32>,
-    /// Of each point its place, its normal, and its index among the points that were given.
-    pub(super) points: Vec<u32>,
-    normals: [Vec<f32>; 3],
-    pub(super) order: Vec<u32>,
-    /// The middle of the box around everything, and half its sides.
-    center: Vec3,
-    half: Vec3,
-}
-
-/// The three lowest ten-bit coordinates of a point in the box, their bits interleaved (Morton 1966).
-fn morton(point: Vec3, low: Vec3, scale: f32) -> u32 {
-    let spread = |value: f32| {
-        let mut bits = clamp(value * scale, 0.0, 1023.0) as u32;
-        for (shift, mask) in [(16, 0x0300_00ff), (8, 0x0300_f00f), (4, 0x030c_30c3), (2, 0x0924_9249)] {
-            bits = (bits | bits << shift) & mask;
-        }
-        bits
-    };
-    let place = point - low;
-    spread(place.x) | spread(place.y) << 1 | spread(place.z) << 2
-}
-
 impl Bundle {
-    /// `normals` are one a point, or none where [`Self::look`] is not asked for.
-    pub(super) fn new(mesh: &Mesh, points: &[Vec3], normals: &[Vec3]) -> Self {
-        let all = || mesh.positions.iter().chain(points);
-        let first = mesh.positions[0];
-        let (low, high) = all().fold((first, first), |(low, high), p| (min3(low, *p), max3(high, *p)));
-        let scale = 1023.0 / max((high - low).max_element(), f32::MIN_POSITIVE);
-        let order = |count: usize, place: &dyn Fn(usize) -> Vec3| {
-            let mut keys: Vec<(u32, u32)> =
-                (0..count).map(|index| (morton(place(index), low, scale), index as u32)).collect();
-            keys.sort_unstable();
-            keys.into_iter().map(|(_, index)| index).collect::<Vec<u32>>()
-        };
-        let sorted = order(mesh.positions.len(), &|vertex| mesh.positions[vertex]);
-        let mut place = vec![0; sorted.len()];
-        (0..).zip(&sorted).for_each(|(new, old)| place[*old as usize] = new);
-        let centroid = |triangle: usize| {
-            let [a, b, c] = mesh.triangles[triangle].map(|corner| mesh.positions[corner as usize] / 3.0);
-            a + b + c
-        };
-        let mut indices = order(mesh.triangles.len(), &centroid);
-        indices.resize(indices.len().next_multiple_of(LANES), indices[indices.len() - 1]);
-        let together = |some: &[u32]| {
-            let mut corners = [[0; LANES]; 3];
-            for (lane, old) in some.iter().enumerate() {
-                for (corner, vertex) in mesh.triangles[*old as usize].iter().enumerate() {
-                    corners[corner][lane] = place[*vertex as usize];
-                }
-            }
-            corners
-        };
-        let triangles: Vec<_> = indices.chunks(LANES).map(together).collect();
-        let mut places: Vec<Vec3> = sorted.iter().map(|old| mesh.positions[*old as usize]).collect();
-        let order = order(points.len(), &|point| points[point]);
-        let numbers = order.iter().map(|index| {
-            let index = *index as usize;
-            if mesh.positions.get(index) == Some(&points[index]) {
-                return place[index];
-            }
-            places.push(points[index]);
-            places.len() as u32 - 1
-        });
-        let numbers = numbers.collect();
-        let lists = |of: &dyn Fn(usize) -> Vec3, count: usize| {
-            [0, 1, 2].map(|axis| (0..count).map(|index| of(index)[axis]).collect::<Vec<f32>>())
-        };
-        Self {
-            places: lists(&|index| places[index], places.len()),
-            triangles,
-            indices,
-            points: numbers,
-            normals: lists(
-                &|index| normals[order[index] as usize],
-                if normals.is_empty() { 0 } else { order.len() },
-            ),
-            order,
-            center: low * 0.5 + high * 0.5,
-            half: high * 0.5 - low * 0.5,
-        }
-    }
-
-    pub(super) fn place(&self, index: u32) -> Vec3 {
-        let ([x, y, z], index) = (&self.places, index as usize);
-        Vec3::new(x[index], y[index], z[index])
-    }
-
     /// Sets `seen` to 1 for each point that sees the direction; `block` marks the others.
-    pub(super) fn look(
+    fn look(
         &self,
         direction: Vec3,
         cells: &mut Cells,
@@ -216,9 +131,9 @@ impl Bundle {
         }
     }
 
-    /// Finds, for each point of `cells.looking`, by its index among those that were given, what it meets along the
-    /// direction; `collect` finds the triangles that it may meet.
-    pub(super) fn meet(
+    /// Finds what each point of `cells.looking` meets along the direction, and appends it to `found` with the
+    /// point's index among those that were given. `collect` finds the triangles that a point may meet.
+    fn meet(
         &self,
         direction: Vec3,
         cells: &mut Cells,
@@ -252,7 +167,8 @@ impl Bundle {
         found.extend(met);
     }
 
-    /// Shears everything, sorts the points of `cells.looking` into cells and holds the triangles against them.
+    /// Shears everything, sorts the points of `cells.looking` into cells, and has `by` hold the triangles
+    /// against them.
     fn hold(&self, direction: Vec3, cells: &mut Cells, by: impl Fn(&Self, &Grid, Vec3, &mut Cells)) {
         let frame = Sheared::new(direction, self);
         let ends = shear(&frame, &self.places, &mut cells.sheared);
@@ -260,6 +176,24 @@ impl Bundle {
         cells.sort(&grid, self);
         by(self, &grid, direction, cells);
     }
+}
+
+/// Marks the points that triangles block, or with `COLLECT` finds the triangles that may block them:
+/// [`hold::walk`], or the widest twin that the processor has.
+fn block<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
+    #[cfg(target_arch = "x86_64")]
+    #[expect(
+        unsafe_code,
+        reason = "the twins with wider instructions, for a processor that was just looked at"
+    )]
+    if has_avx512() {
+        // SAFETY: the processor has AVX-512.
+        return unsafe { super::hold_avx512::walk::<COLLECT>(bundle, grid, direction, cells) };
+    } else if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has AVX2.
+        return unsafe { super::hold_avx2::walk::<COLLECT>(bundle, grid, direction, cells) };
+    }
+    hold::walk::<COLLECT>(bundle, grid, direction, cells);
 }
 
 /// Sheared space, moved and scaled by powers of two so that everything is within ±2.
@@ -287,7 +221,7 @@ impl Sheared {
 }
 
 wide! {
-    /// Shears all places; returns the ends of x and y.
+    /// Shears all positions; returns the least and the greatest x and y.
     fn shear(frame: &Sheared, places: &[Vec<f32>; 3], out: &mut Vec<[f32; 4]>) -> [[f32; 2]; 2] {
         out.resize(places[0].len(), [0.0; 4]);
         let mut block = [[0.0; BLOCK]; 3];
@@ -327,12 +261,133 @@ wide! {
                 let cosine = x[lane] * direction.x + y[lane] * direction.y + z[lane] * direction.z;
                 above[lane] = u8::from(cosine > 0.0);
             }
-            // Every point is written, and the next one over it unless it counts.
+            // Every point is written; the next one overwrites it unless it counts.
             for lane in 0..length {
                 looking[found] = (first + lane) as u32;
                 found += usize::from(above[lane]);
             }
         }
         looking.truncate(found);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::random::unit;
+    use crate::sphere::quadrature::fibonacci;
+    use crate::trace::Bvh;
+    use crate::world::mesh::Mesh;
+    use crate::world::shapes;
+
+    /// What all points see of a direction, by one of the walks.
+    fn seen(
+        bundle: &Bundle,
+        direction: Vec3,
+        points: usize,
+        by: impl Fn(&Bundle, &Grid, Vec3, &mut Cells),
+    ) -> Vec<u8> {
+        let mut seen = vec![0; points];
+        bundle.look(direction, &mut Cells::default(), &mut seen, by);
+        seen
+    }
+
+    /// A knot between two fans of triangles. The triangles are wider and higher than any block of cells, and
+    /// their own corners look away from the knot.
+    fn screened() -> Mesh {
+        let knot = shapes::torus_knot(2, 3, 0.35, 96, 12).unwrap();
+        let (mut positions, mut triangles) = (knot.positions, knot.triangles);
+        for side in [-1.0_f32, 1.0] {
+            let corner = positions.len() as u32;
+            positions.push(Vec3::new(-5.0, -4.0, 3.0) * side);
+            for step in 0..10 {
+                positions.push(Vec3::new(4.0, step as f32 - 4.0, 2.0 - step as f32 * 0.1) * side);
+            }
+            triangles.extend((1..10).map(|step| {
+                if side > 0.0 {
+                    [corner, corner + step, corner + step + 1]
+                } else {
+                    [corner, corner + step + 1, corner + step]
+                }
+            }));
+        }
+        Mesh::new(positions, None, triangles).unwrap()
+    }
+
+    #[test]
+    fn every_walk_sees_what_single_rays_see() {
+        let even: Vec<_> = fibonacci(40).iter().map(|d| Vec3::from_array(d.map(|d| d as f32))).collect();
+        // Through corners and edges of a box of squares.
+        let straight: Vec<_> =
+            (0..27).map(|i| Vec3::new((i % 3) as f32, (i / 3 % 3) as f32, (i / 9) as f32) - 1.0).collect();
+        let knot = screened();
+        let mut turned = knot.normals.clone();
+        turned.iter_mut().skip(96 * 12).for_each(|normal| *normal = -*normal);
+        let cuboid = shapes::cuboid(Vec3::new(1.0, 1.1, 0.9), 6).unwrap();
+        // Few points, far from each other, among small triangles: here it shows if a block of cells is left
+        // out by mistake.
+        let place = |number: u64| Vec3::from_array([0, 1, 2].map(|axis| unit(1, number, axis, 0)));
+        let corners = (0..2400).map(|i| place(i / 3) + place(i + 5000) * 0.14).collect();
+        let soup =
+            Mesh::new(corners, None, (0..800).map(|i| [0, 1, 2].map(|corner| 3 * i + corner)).collect())
+                .unwrap();
+        let dust: Vec<_> = (0..8).map(|i| place(i + 9000)).collect();
+        for direction in &even {
+            agree(&knot, &knot.positions, &knot.normals, *direction);
+            agree(&knot, &knot.positions, &turned, *direction);
+            agree(&soup, &dust, &vec![*direction; dust.len()], *direction);
+        }
+        for direction in straight.iter().filter(|direction| **direction != Vec3::ZERO).chain(&even) {
+            agree(&cuboid, &cuboid.positions, &vec![*direction; cuboid.positions.len()], *direction);
+        }
+    }
+
+    /// Each walk against single rays.
+    fn agree(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], direction: Vec3) {
+        let (bundle, bvh) = (Bundle::new(mesh, points, normals), Bvh::new(mesh));
+        let single: Vec<u8> = points
+            .iter()
+            .zip(normals)
+            .map(|(p, n)| u8::from(n.dot(direction) > 0.0 && !bvh.blocked(&Ray::new(*p, direction))))
+            .collect();
+        let of = |by: &dyn Fn(&Bundle, &Grid, Vec3, &mut Cells)| seen(&bundle, direction, single.len(), by);
+        assert!(of(&hold::walk::<false>) == single, "{direction}: the portable walk");
+        // What every third point meets, whether or not it looks along the direction.
+        let third = (0..points.len() as u32).step_by(3);
+        let first: Vec<_> =
+            third.clone().map(|p| bvh.nearest(&Ray::new(points[p as usize], direction))).collect();
+        let met = |by: &dyn Fn(&Bundle, &Grid, Vec3, &mut Cells)| {
+            let mut cells = Cells::default();
+            let (mut found, mut met) = (Vec::new(), vec![None; first.len()]);
+            let looking = (0..).zip(&bundle.order).filter(|(_, point)| **point % 3 == 0);
+            cells.looking.extend(looking.map(|(place, _)| place));
+            bundle.meet(direction, &mut cells, &mut found, by);
+            assert_eq!(found.len(), first.len());
+            found.into_iter().for_each(|(point, hit)| met[point as usize / 3] = hit);
+            met
+        };
+        assert!(met(&hold::walk::<true>) == first, "{direction}: what the portable walk meets");
+        #[cfg(target_arch = "x86_64")]
+        #[expect(unsafe_code, reason = "the twins, for a processor that was just looked at")]
+        {
+            if std::arch::is_x86_feature_detected!("avx2") {
+                // SAFETY: the processor has AVX2.
+                let avx2 = of(&|b, g, d, c| unsafe { crate::trace::hold_avx2::walk::<false>(b, g, d, c) });
+                assert!(avx2 == single, "{direction}: eight lanes");
+                // SAFETY: the processor has AVX2.
+                let avx2 = met(&|b, g, d, c| unsafe { crate::trace::hold_avx2::walk::<true>(b, g, d, c) });
+                assert!(avx2 == first, "{direction}: what eight lanes meet");
+            }
+            if has_avx512() {
+                // SAFETY: the processor has AVX-512.
+                let avx512 =
+                    of(&|b, g, d, c| unsafe { crate::trace::hold_avx512::walk::<false>(b, g, d, c) });
+                assert!(avx512 == single, "{direction}: sixteen lanes");
+                // SAFETY: the processor has AVX-512.
+                let avx512 =
+                    met(&|b, g, d, c| unsafe { crate::trace::hold_avx512::walk::<true>(b, g, d, c) });
+                assert!(avx512 == first, "{direction}: what sixteen lanes meet");
+            }
+        }
     }
 }

@@ -1,208 +1,24 @@
 //! A tree of boxes, eight to a node, over blocks of a mesh's triangles.
 //!
-//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`collapse`] makes nodes and
-//! blocks of it. A block has the corners of its triangles and not their boxes: a walk finds those in lanes, and what it
-//! reads together lies together. The walk is ours ([`super::walk`]): obvhs's is not conservative.
+//! obvhs builds a binary tree (PLOC: Meister and Bittner 2018) with one triangle a leaf; [`collapse`] makes
+//! nodes and blocks of it. A block has the corners of its triangles and not their boxes: a walk computes the
+//! boxes in lanes, and what it reads together lies together in memory. The walk is our own ([`super::walk`]),
+//! since obvhs's is not conservative.
 
-use super::build::{Parts, balanced, collapse, levels};
+use super::build::{balanced, collapse, levels};
+use super::node::{LEVELS, Parts, WIDTH};
 use super::triangle::ends;
 use super::walk;
 use super::{Hit, Ray};
-use crate::numeric::order::{max3, min3};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
-use std::ops::Range;
-
-/// Children of a node.
-pub(super) const WIDTH: usize = 8;
-
-/// The most triangles of a block, and the most vertices that they have.
-pub(super) const BLOCK_TRIANGLES: usize = 6;
-pub(super) const BLOCK_VERTICES: usize = 8;
-
-/// The most levels of nodes of a tree.
-pub(super) const LEVELS: usize = 64;
-
-/// Of a node's two words, the bits that count children: the others are the index of the first.
-const COUNT: u32 = 15;
-
-/// Boxes and what is in them: first nodes, then blocks.
-#[derive(Debug, Clone)]
-#[repr(C, align(16))]
-pub(super) struct Node {
-    /// For each axis the children's low and high planes, in steps from the origin: rounded so that the planes as
-    /// [`Self::plane`] gives them enclose.
-    pub(super) steps: [[[u8; WIDTH]; 2]; 3],
-    pub(super) origin: [f32; 3],
-    /// The length of a step.
-    pub(super) step: [f32; 3],
-    /// The first child that is a node and the first that is a block, and how many there are of each.
-    first: [u32; 2],
-}
-
-impl Node {
-    /// A node of no children.
-    pub(super) const EMPTY: Self =
-        Self { steps: [[[0; WIDTH]; 2]; 3], origin: [0.0; 3], step: [0.0; 3], first: [0; 2] };
-
-    /// Takes children: the indices of the first node and block and how many there are of each.
-    pub(super) fn adopt(&mut self, first: [usize; 2], count: [usize; 2]) {
-        self.first = [0, 1].map(|kind| first[kind] as u32 * (COUNT + 1) + count[kind] as u32);
-    }
-
-    /// How many children are nodes.
-    #[inline(always)]
-    pub(super) fn inner(&self) -> usize {
-        (self.first[0] & COUNT) as usize
-    }
-
-    /// How many children there are.
-    #[inline(always)]
-    pub(super) fn count(&self) -> usize {
-        self.inner() + (self.first[1] & COUNT) as usize
-    }
-
-    /// The index of a child that is a node, by its place.
-    #[inline(always)]
-    pub(super) fn node(&self, place: usize) -> usize {
-        (self.first[0] / (COUNT + 1)) as usize + place
-    }
-
-    /// The index of a child that is a block, by its place.
-    #[inline(always)]
-    pub(super) fn block(&self, place: usize) -> usize {
-        ((self.first[1] / (COUNT + 1)) as usize + place).wrapping_sub(self.inner())
-    }
-
-    /// The indices of the children that are nodes.
-    pub(super) fn nodes(&self) -> Range<usize> {
-        self.node(0)..self.node(self.inner())
-    }
-
-    /// A plane of an axis.
-    #[inline(always)]
-    pub(super) fn plane(&self, axis: usize, steps: u8) -> f32 {
-        self.origin[axis] + f32::from(steps) * self.step[axis]
-    }
-
-    /// Fits the boxes around those of the children and returns their hull.
-    fn enclose(&mut self, boxes: &[(Vec3, Vec3)]) -> (Vec3, Vec3) {
-        let hull = hull(boxes);
-        self.origin = hull.0.to_array();
-        for axis in 0..3 {
-            let (low, high) = (hull.0[axis], hull.1[axis]);
-            // Differences may be more than any f32.
-            let above = |end: f32| f64::from(end) - f64::from(low);
-            self.step[axis] = (above(high) / 255.0) as f32;
-            while self.plane(axis, 255) < high {
-                self.step[axis] = self.step[axis].next_up();
-            }
-            for (place, ends) in boxes.iter().enumerate() {
-                let steps = |end: f32| (above(end) / f64::from(self.step[axis])) as u8;
-                let [mut first, mut last] = [steps(ends.0[axis]), steps(ends.1[axis])];
-                while self.plane(axis, first) > ends.0[axis] {
-                    first -= 1;
-                }
-                while self.plane(axis, last) < ends.1[axis] {
-                    last += 1;
-                }
-                (self.steps[axis][0][place], self.steps[axis][1][place]) = (first, last);
-            }
-        }
-        hull
-    }
-}
-
-/// Triangles that share vertices.
-#[derive(Debug, Clone)]
-#[repr(C, align(64))]
-pub(super) struct Block {
-    /// For each axis the vertices' coordinates.
-    pub(super) vertices: [[f32; BLOCK_VERTICES]; 3],
-    /// The numbers of the triangles' vertices, three bits each: of all first corners, then of all second ones, then of
-    /// all third ones; the highest four bits are how many triangles there are.
-    pub(super) corners: u64,
-    /// The triangles; 0 where there are fewer.
-    pub(super) triangles: [u32; BLOCK_TRIANGLES],
-}
-
-impl Block {
-    /// The block of these triangles, which have at most [`BLOCK_VERTICES`] vertices, with no coordinates yet.
-    pub(super) fn of(held: &[u32], triangles: &[[u32; 3]]) -> Self {
-        let mut block = Self {
-            vertices: [[0.0; BLOCK_VERTICES]; 3],
-            corners: (held.len() as u64) << 60,
-            triangles: [0; BLOCK_TRIANGLES],
-        };
-        let mut vertices = Vec::with_capacity(BLOCK_VERTICES);
-        for (place, triangle) in held.iter().enumerate() {
-            block.triangles[place] = *triangle;
-            for (corner, vertex) in triangles[*triangle as usize].iter().enumerate() {
-                let known = vertices.iter().position(|known| known == vertex);
-                let number = known.unwrap_or(vertices.len());
-                vertices.extend(known.is_none().then_some(*vertex));
-                block.corners |= (number as u64) << (3 * (corner * BLOCK_TRIANGLES + place));
-            }
-        }
-        block
-    }
-
-    /// How many triangles there are.
-    #[inline(always)]
-    pub(super) fn count(&self) -> usize {
-        (self.corners >> 60) as usize
-    }
-
-    /// The number of a triangle's vertex.
-    #[inline(always)]
-    fn vertex(&self, corner: usize, place: usize) -> usize {
-        (self.corners >> (3 * (corner * BLOCK_TRIANGLES + place))) as usize % BLOCK_VERTICES
-    }
-
-    /// The corners of a triangle.
-    #[inline(always)]
-    pub(super) fn corners(&self, place: usize) -> [Vec3; 3] {
-        let corner = |corner: usize| {
-            let vertex = self.vertex(corner, place);
-            Vec3::new(self.vertices[0][vertex], self.vertices[1][vertex], self.vertices[2][vertex])
-        };
-        [corner(0), corner(1), corner(2)]
-    }
-
-    /// Takes the coordinates from the corners of all triangles and returns the box around its own.
-    ///
-    /// # Panics
-    /// Where triangles no longer share the vertices that they shared.
-    fn fill(&mut self, corners: &[[Vec3; 3]]) -> (Vec3, Vec3) {
-        let mut boxes = [(Vec3::ZERO, Vec3::ZERO); BLOCK_TRIANGLES];
-        let count = self.count();
-        for place in 0..count {
-            let triangle = &corners[self.triangles[place] as usize];
-            for (corner, from) in triangle.iter().enumerate() {
-                let vertex = self.vertex(corner, place);
-                for axis in 0..3 {
-                    self.vertices[axis][vertex] = from[axis];
-                }
-            }
-            boxes[place] = ends(triangle);
-        }
-        let same = |place: usize| self.corners(place) == corners[self.triangles[place] as usize];
-        assert!((0..count).all(same), "a pose has the triangles of the first");
-        hull(&boxes[..count])
-    }
-}
-
-/// The box around boxes.
-fn hull(boxes: &[(Vec3, Vec3)]) -> (Vec3, Vec3) {
-    boxes[1..].iter().fold(boxes[0], |hull, ends| (min3(hull.0, ends.0), max3(hull.1, ends.1)))
-}
 
 /// A mesh's triangles and a tree of boxes over them.
 #[derive(Debug, Clone)]
 pub struct Bvh {
-    pub(super) parts: Parts,
+    parts: Parts,
     /// The corners of every triangle, in the mesh's order.
     corners: Vec<[Vec3; 3]>,
 }
@@ -249,7 +65,7 @@ impl Bvh {
         bvh
     }
 
-    /// Takes the corners of `mesh`, another pose with the same triangles, and keeps the tree with boxes that fit.
+    /// Takes the corners of `mesh`, another pose of the same triangles, and refits the boxes; the tree stays.
     /// Hits are those of a new tree; a pose far from the first makes them slower to find.
     ///
     /// # Panics
@@ -311,47 +127,9 @@ impl Bvh {
 
 #[cfg(test)]
 mod tests {
+    use super::super::node::Node;
     use super::*;
-    use crate::numeric::random::unit;
     use crate::world::shapes;
-
-    /// At any scale, also where a step is less than the coordinates can show or the hull is a plane or a point.
-    #[test]
-    fn planes_in_steps_enclose_what_they_are_made_for_closely() {
-        let number = |at: u64, which: u64| unit(3, at, 0, which) * 2.0 - 1.0;
-        let three = |at: u64, which: u64| Vec3::from_array([0, 1, 2].map(|axis| number(at, which + axis)));
-        for case in 0..20_000 {
-            let size = [1.0, 1e-3, 1e-30, 1e-38, 3e-45, 1e30, 3.4e38, 0.0][case as usize % 8];
-            let shift = [0.0, 1.0, 3e4, 1e-40][case as usize / 8 % 4];
-            let scale = Vec3::from_array([size, if case % 3 == 0 { 0.0 } else { size }, size * 1e-4]);
-            let boxes: Vec<_> = (0..1 + case % 8)
-                .map(|child| {
-                    let [a, b] =
-                        [0, 3].map(|which| three(8 * case + child, which) * scale + Vec3::splat(shift));
-                    (min3(a, b), max3(a, b))
-                })
-                .collect();
-            let mut node = Node::EMPTY;
-            let (low, high) = node.enclose(&boxes);
-            for axis in 0..3 {
-                for (place, ends) in boxes.iter().enumerate() {
-                    let [first, last] = [0, 1].map(|side| node.steps[axis][side][place]);
-                    assert!(node.plane(axis, first) <= ends.0[axis], "{boxes:?}");
-                    assert!(node.plane(axis, last) >= ends.1[axis], "{boxes:?}");
-                    let step = f64::from(node.step[axis]);
-                    let apart = |a: f32, b: f32| (f64::from(a) - f64::from(b)).abs();
-                    if (high[axis] - low[axis]).is_infinite() {
-                        continue;
-                    }
-                    // Where a step is less than the planes can show, the nearest that they can.
-                    let most = 2.0 * step + apart(low[axis], low[axis].next_up());
-                    let most = most + apart(high[axis], high[axis].next_down());
-                    assert!(apart(node.plane(axis, first), ends.0[axis]) <= most, "{boxes:?}");
-                    assert!(apart(node.plane(axis, last), ends.1[axis]) <= most, "{boxes:?}");
-                }
-            }
-        }
-    }
 
     #[test]
     #[should_panic(expected = "a pose has the triangles of the first")]
@@ -378,5 +156,43 @@ mod tests {
         }
         // A ray at a vertex of the outline may pass it by a rounding.
         assert!(hits > mesh.positions.len() * 9 / 10, "{hits}");
+    }
+
+    /// Rays of all lengths through corners, along and beside edges, parallel to axes and to boxes' planes,
+    /// against meshes of which one has every triangle twice.
+    #[test]
+    fn the_portable_walk_finds_what_the_processors_own_finds() {
+        let knot = shapes::torus_knot(2, 3, 0.35, 64, 8).unwrap();
+        let twice = knot.triangles.iter().chain(&knot.triangles).copied().collect();
+        let twice = Mesh::new(knot.positions.clone(), None, twice).unwrap();
+        let cuboid = shapes::cuboid(Vec3::new(1.0, 0.25, 3.0), 4).unwrap();
+        let tiny = cuboid.positions.iter().map(|p| *p * 1e-18).collect();
+        let tiny = Mesh::new(tiny, None, cuboid.triangles.clone()).unwrap();
+        for mesh in [knot, twice, cuboid, tiny] {
+            let bvh = Bvh::new(&mesh);
+            let radius = mesh.bounds().radius();
+            let mut hits = 0;
+            let count = 20_000;
+            for number in 0..count {
+                let corner = |step: usize| mesh.positions[(number * step + step) % mesh.positions.len()];
+                let axis = [Vec3::X, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Z][number % 6];
+                let origin = corner(7) + axis * [0.0, -2.0 * radius, radius][number % 3];
+                let direction = match number % 4 {
+                    0 => axis,
+                    1 => corner(11) - origin,
+                    2 => (corner(5) + corner(6)) * 0.5 - origin,
+                    _ => corner(13) + Vec3::splat(radius * 1e-3) - origin,
+                };
+                let direction = if direction == Vec3::ZERO { axis } else { direction };
+                let far = if number % 5 == 0 { 0.7 } else { f32::INFINITY };
+                let ray = Ray { origin, direction, far };
+                let found = walk::portable::nearest(&bvh.parts, &ray);
+                assert_eq!(found, bvh.nearest(&ray), "{ray:?}");
+                let blocked = [walk::portable::blocked(&bvh.parts, &ray), bvh.blocked(&ray)];
+                assert_eq!(blocked, [found.is_some(); 2], "{ray:?}");
+                hits += usize::from(found.is_some());
+            }
+            assert!(hits > count / 4, "{hits}");
+        }
     }
 }

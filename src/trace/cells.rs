@@ -1,45 +1,44 @@
 //! The points of a bundle sorted into the cells of a grid across the direction.
 
 use super::Hit;
-use super::bundle::Bundle;
+use super::morton::{Bundle, LANES};
 use crate::numeric::lanes::wide;
 use crate::numeric::order::{clamp, max, min};
 
-/// The most triangles that are set up together, and points that one is held against at a time.
-pub(super) const LANES: usize = 16;
-
-/// Rows of the grid for each square root of a triangle.
+/// Rows of the grid, in square roots of the number of triangles.
 const ROWS: f32 = 0.25;
 
-/// Columns of the grid for each square root of a point that looks.
+/// Columns of the grid, in square roots of the number of points that look along the direction.
 const COLUMNS: f32 = 4.0;
 
 /// Columns that share a front.
 pub(super) const BLOCK_COLUMNS: usize = 8;
 
-/// What a task keeps from one direction to the next.
+/// The buffers of a task, which it reuses from one direction to the next.
 #[derive(Default)]
 pub(super) struct Cells {
-    /// Sheared places.
+    /// The sheared position of every place.
     pub(super) sheared: Vec<[f32; 4]>,
     /// The points that look along the direction.
     pub(super) looking: Vec<u32>,
-    /// Whether what looks from a place is blocked.
+    /// Whether the ray from a place is blocked.
     pub(super) blocked: Vec<bool>,
-    /// Places and triangles that may block what looks from there, both in the bundle's order.
+    /// Pairs of a place and a triangle that may block the ray from it, both in the bundle's order.
     pub(super) pairs: Vec<[u32; 2]>,
-    /// What looks from a place meets first, as far as is known.
+    /// What the ray from a place meets first, as far as is known.
     pub(super) met: Vec<Option<Hit>>,
-    /// Where each cell's points start, and the last one's end. A cell has the points of two rows of the grid, its own and
-    /// the next, so that a triangle that is no higher than a row has all its points in cells of one row, side by side.
+    /// Where each cell's points start, and where those of the last cell end. A cell has the points of two
+    /// rows of the grid, its own and the next. So a triangle that is no higher than a row has all its points
+    /// in neighbouring cells of one row.
     pub(super) starts: Vec<u32>,
-    /// The least depth of a point in [`BLOCK_COLUMNS`] neighbouring cells and the [`BLOCK_COLUMNS`] after them: a triangle
-    /// no wider than that and before this depth blocks nothing.
+    /// Fronts: the least depth of a point in [`BLOCK_COLUMNS`] neighbouring cells and the [`BLOCK_COLUMNS`]
+    /// after them. A triangle that is no wider than that, and everywhere before this depth, blocks nothing.
     pub(super) fronts: Vec<f32>,
-    /// The points as they are sorted: sheared place, and the bits of the place's number; and their cells.
+    /// The points as they are sorted: x, y and z of the sheared position, and the bits of the place. Then
+    /// their cells.
     sorted: Vec<[f32; 4]>,
     cells: Vec<u32>,
-    /// The points of all cells, each twice.
+    /// The points of all cells; each point is there twice.
     pub(super) lanes: Lanes,
 }
 
@@ -54,10 +53,10 @@ pub(super) struct Lanes {
     pub(super) place: Vec<u32>,
 }
 
-/// Cells of sheared space.
+/// A grid of cells over x and y of sheared space.
 pub(super) struct Grid {
     pub(super) low: [f32; 2],
-    /// Cells a unit.
+    /// Cells a unit of length.
     pub(super) per: [f32; 2],
     /// Cells along x and y.
     pub(super) size: [usize; 2],
@@ -66,7 +65,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// A grid between the `ends` of the sheared places, whose rows are about as high as triangles if these are alike.
+    /// A grid between the `ends` of x and y. Its rows are about as high as the triangles, if these are alike.
     pub(super) fn new(bundle: &Bundle, ends: [[f32; 2]; 2], looking: usize) -> Self {
         let rows = clamp(((bundle.triangles.len() * LANES) as f32).sqrt() * ROWS, 1.0, 2048.0);
         let columns = clamp((looking as f32).sqrt() * COLUMNS, 1.0, 2048.0);
@@ -78,12 +77,13 @@ impl Grid {
         Self { low, per, size: size.map(|size| size as usize + 1), width }
     }
 
-    /// Blocks of a row, with one before the first for the points' second place.
+    /// Blocks of [`BLOCK_COLUMNS`] in a row, and an empty one before the first: it follows the last block of
+    /// the row before.
     pub(super) fn blocks(&self) -> usize {
         self.size[0].div_ceil(BLOCK_COLUMNS) + 1
     }
 
-    /// The cell along an axis of a coordinate.
+    /// The column or row that a coordinate falls into.
     #[inline(always)]
     pub(super) fn cell(&self, axis: usize, coordinate: f32) -> usize {
         min(((coordinate - self.low[axis]) * self.per[axis]) as i32 as usize, self.size[axis] - 1)
@@ -91,7 +91,7 @@ impl Grid {
 }
 
 impl Cells {
-    /// Sorts the points that look along the direction by cells.
+    /// Sorts the points that look along the direction into cells.
     pub(super) fn sort(&mut self, grid: &Grid, bundle: &Bundle) {
         let [columns, rows] = grid.size;
         let blocks = grid.blocks();
@@ -109,7 +109,7 @@ impl Cells {
             *front = min(*front, z);
             *to = cell as u32;
         }
-        // What each cell has with the next row's points, and each front with its neighbours'.
+        // Each cell gets the next row's points too, and each front those of its neighbours.
         for at in 0..columns * (rows + 1) {
             self.starts[at + 2] += self.starts[at + columns + 2];
         }
@@ -139,13 +139,13 @@ impl Cells {
         }
         lanes.place.resize(count + LANES, 0);
         spread(&self.sorted, lanes);
-        // What comes after the last point is nobody.
+        // The lanes after the last point are padding. Their depth is not a number, so nothing blocks them.
         lanes.z[count..count + LANES].fill(f32::NAN);
     }
 }
 
 wide! {
-    /// Makes one list a coordinate.
+    /// Splits points into one list a coordinate.
     fn spread(sorted: &[[f32; 4]], lanes: &mut Lanes) {
         let coordinates = lanes.x.iter_mut().zip(&mut lanes.y).zip(&mut lanes.z);
         for (([x, y, z, number], ((to_x, to_y), to_z)), place) in sorted.iter().zip(coordinates).zip(&mut lanes.place) {

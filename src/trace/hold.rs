@@ -1,35 +1,38 @@
-//! Triangles held against the points in the cells of their boxes, several points at a time, in `f32`.
+//! Holding triangles against points: which points in the cells of its box a triangle blocks, several points
+//! at a time, in `f32`.
 //!
-//! Sheared coordinates, scaled to ±2, are rounded once from `f64`, so the three edge functions are off by at most [`SLACK`]
-//! times the triangle's width: a point beyond that on the inner side of all three and in front of the triangle is blocked,
-//! one beyond it on the outer side of any is not, and for the few between [`hit`] decides.
+//! Sheared coordinates are scaled to ±2 and rounded once from `f64`. So the three edge functions are off by
+//! at most [`SLACK`] times the triangle's width. A point that is inside all three edges by more than that,
+//! and in front of the triangle, is blocked. A point that is outside an edge by more than that is not. For
+//! the few in between [`hit`] decides.
 
 use super::Ray;
-use super::bundle::Bundle;
-use super::cells::{Cells, Grid, LANES, Lanes};
+use super::cells::{Cells, Grid, Lanes};
+use super::morton::{Bundle, LANES};
 use super::triangle::hit;
-#[cfg(target_arch = "x86_64")]
-use crate::numeric::lanes::has_avx512;
 use crate::numeric::order::{max, min};
 use glam::Vec3;
 
-/// How far an edge function may be off, as a part of the triangle's width plus a cell's, coordinates being within ±2.
+/// How far an edge function may be off, as a fraction of the triangle's width plus a cell's, for coordinates
+/// within ±2.
 ///
-/// Rounding moves a coordinate by up to 2⁻²³ and a difference of two by δ = 2⁻²¹ with its own rounding. A product of two
-/// differences, neither longer than the widths' sum D, is then off by 2 δ D + 2⁻²⁴ D², an edge function, which is the
-/// difference of two, by under 5 δ D, and the third, which is the area less the two others, by under 20 δ D.
+/// Rounding moves a coordinate by up to 2⁻²³ and a difference of two by δ = 2⁻²¹ with its own rounding. A
+/// product of two differences, neither longer than the widths' sum D, is then off by 2 δ D + 2⁻²⁴ D². An edge
+/// function, the difference of two products, is off by under 5 δ D. The third one, the area less the two
+/// others, is off by under 20 δ D.
 ///
-/// A point from other cells, at a distance R from the first corner of a triangle of width S, has functions off by up to
-/// 4 δ R + 2 δ S. It is not taken for one inside: all three beyond the slack make the area, their sum, more than 96 δ S,
-/// so R, that of a mean of corners with the functions as weights, is under 1.3 S, and they are off by under 8 δ S.
+/// A point from other cells, at a distance R from the first corner of a triangle of width S, has functions
+/// off by up to 4 δ R + 2 δ S. It is never taken for one inside. If all three functions exceed the slack,
+/// their sum, the area, exceeds 96 δ S. The point is then near the mean of the corners with the functions as
+/// weights: R is under 1.3 S, and the functions are off by under 8 δ S, which is less than the slack.
 pub(super) const SLACK: f32 = 32.0 / 2_097_152.0;
 
 /// How far a depth may be off: a coordinate's rounding, with room.
 pub(super) const DEPTH_SLACK: f32 = 1.0 / 2_097_152.0;
 
-/// Holds every triangle against the points in the cells of its box, [`LANES`] at a time: marks the points that it blocks, or
-/// with `COLLECT` adds to `cells.pairs` those that it may block.
-fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
+/// Holds every triangle against the points in the cells of its box, [`LANES`] at a time: marks the points
+/// that it blocks, or with `COLLECT` adds to `cells.pairs` those that it may block.
+pub(super) fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
     let columns = grid.size[0];
     let Cells { sheared, starts, lanes, pairs, .. } = cells;
     let triangles =
@@ -56,7 +59,8 @@ fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cell
             ahead: low[2] - DEPTH_SLACK,
             corners: triangle,
         };
-        // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
+        // The cells of row r have the points of rows r and r + 1. They start at (r + 1) · columns, since row
+        // −1 comes first.
         let mut row = rows[0] + 1;
         loop {
             let mut at = starts[row * columns + span[0]] as usize;
@@ -81,24 +85,7 @@ fn walk<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cell
     }
 }
 
-/// Marks the points that the triangles block, or with `COLLECT` finds the triangles that may.
-pub(super) fn block<const COLLECT: bool>(bundle: &Bundle, grid: &Grid, direction: Vec3, cells: &mut Cells) {
-    #[cfg(target_arch = "x86_64")]
-    #[expect(
-        unsafe_code,
-        reason = "the twins with wider instructions, for a processor that was just looked at"
-    )]
-    if has_avx512() {
-        // SAFETY: the processor has AVX-512.
-        return unsafe { super::hold_avx512::walk::<COLLECT>(bundle, grid, direction, cells) };
-    } else if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has AVX2.
-        return unsafe { super::hold_avx2::walk::<COLLECT>(bundle, grid, direction, cells) };
-    }
-    walk::<COLLECT>(bundle, grid, direction, cells);
-}
-
-/// A triangle as points are held against it.
+/// A triangle, as it is held against points.
 struct Test {
     /// The first corner.
     a: [f32; 2],
@@ -109,16 +96,16 @@ struct Test {
     area: f32,
     /// How far the edge functions may be off.
     slack: f32,
-    /// Beyond this depth no point is blocked,
+    /// No point beyond this depth is blocked.
     behind: f32,
-    /// and before this one every point inside is.
+    /// Every point inside and before this depth is blocked.
     ahead: f32,
     corners: [u32; 3],
 }
 
 impl Test {
-    /// Marks those of `count` points from `at` on, of [`LANES`] at most, that are blocked for certain; a bit for each that
-    /// may be. With `COLLECT` none is certain.
+    /// Takes `count` points from `at` on, [`LANES`] at most. Marks those that are certainly blocked, and
+    /// returns a bit for each other one that may be. With `COLLECT` none is certain.
     #[inline(always)]
     fn some<const COLLECT: bool>(&self, lanes: &mut Lanes, at: usize, count: usize) -> u32 {
         let x: &[f32; LANES] = lanes.x[at..][..LANES].try_into().expect("as many");
@@ -139,7 +126,7 @@ impl Test {
             let may = counts & (least >= -self.slack);
             let must = counts & !COLLECT & (least > self.slack) & (z[lane] < self.ahead);
             doubtful[lane] = u32::from(may & !must);
-            // All ones are not a number, which no later comparison counts.
+            // All ones are not a number: every later comparison with it is false.
             z[lane] = f32::from_bits(z[lane].to_bits() | if must { u32::MAX } else { 0 });
         }
         (0..LANES).fold(0, |bits, lane| bits | doubtful[lane] << lane)
@@ -155,7 +142,8 @@ pub(super) fn collect(pairs: &mut Vec<[u32; 2]>, place: &[u32], triangle: u32, m
     }
 }
 
-/// Traces the rays of the points that the quick test leaves open, a bit each in `doubtful`: marks those that are blocked.
+/// Traces the rays of the points that the quick test leaves open, a bit each in `doubtful`, and marks those
+/// that are blocked.
 #[cold]
 #[inline(never)]
 pub(super) fn decide(
@@ -172,126 +160,6 @@ pub(super) fn decide(
         doubtful &= doubtful - 1;
         if hit(&Ray::new(bundle.place(place[lane]), direction), &corners, 0).is_some() {
             z[lane] = f32::NAN;
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::numeric::random::unit;
-    use crate::sphere::quadrature::fibonacci;
-    use crate::trace::Bvh;
-    use crate::world::mesh::Mesh;
-    use crate::world::shapes;
-
-    /// What all points see of a direction, by one of the walks.
-    fn seen(
-        bundle: &Bundle,
-        direction: Vec3,
-        points: usize,
-        by: impl Fn(&Bundle, &Grid, Vec3, &mut Cells),
-    ) -> Vec<u8> {
-        let mut seen = vec![0; points];
-        bundle.look(direction, &mut Cells::default(), &mut seen, by);
-        seen
-    }
-
-    /// A knot, and before and behind it fans of triangles that are wider and higher than any block of cells, and whose own
-    /// corners look away from it.
-    fn screened() -> Mesh {
-        let knot = shapes::torus_knot(2, 3, 0.35, 96, 12).unwrap();
-        let (mut positions, mut triangles) = (knot.positions, knot.triangles);
-        for side in [-1.0_f32, 1.0] {
-            let corner = positions.len() as u32;
-            positions.push(Vec3::new(-5.0, -4.0, 3.0) * side);
-            for step in 0..10 {
-                positions.push(Vec3::new(4.0, step as f32 - 4.0, 2.0 - step as f32 * 0.1) * side);
-            }
-            triangles.extend((1..10).map(|step| {
-                if side > 0.0 {
-                    [corner, corner + step, corner + step + 1]
-                } else {
-                    [corner, corner + step + 1, corner + step]
-                }
-            }));
-        }
-        Mesh::new(positions, None, triangles).unwrap()
-    }
-
-    #[test]
-    fn every_walk_sees_what_single_rays_see() {
-        let even: Vec<_> = fibonacci(40).iter().map(|d| Vec3::from_array(d.map(|d| d as f32))).collect();
-        // Through corners and edges of a box of squares.
-        let straight: Vec<_> =
-            (0..27).map(|i| Vec3::new((i % 3) as f32, (i / 3 % 3) as f32, (i / 9) as f32) - 1.0).collect();
-        let knot = screened();
-        let mut turned = knot.normals.clone();
-        turned.iter_mut().skip(96 * 12).for_each(|normal| *normal = -*normal);
-        let cuboid = shapes::cuboid(Vec3::new(1.0, 1.1, 0.9), 6).unwrap();
-        // Few points, far from each other, among small triangles: a block of cells that is left out by mistake shows.
-        let place = |number: u64| Vec3::from_array([0, 1, 2].map(|axis| unit(1, number, axis, 0)));
-        let corners = (0..2400).map(|i| place(i / 3) + place(i + 5000) * 0.14).collect();
-        let soup =
-            Mesh::new(corners, None, (0..800).map(|i| [0, 1, 2].map(|corner| 3 * i + corner)).collect())
-                .unwrap();
-        let dust: Vec<_> = (0..8).map(|i| place(i + 9000)).collect();
-        for direction in &even {
-            agree(&knot, &knot.positions, &knot.normals, *direction);
-            agree(&knot, &knot.positions, &turned, *direction);
-            agree(&soup, &dust, &vec![*direction; dust.len()], *direction);
-        }
-        for direction in straight.iter().filter(|direction| **direction != Vec3::ZERO).chain(&even) {
-            agree(&cuboid, &cuboid.positions, &vec![*direction; cuboid.positions.len()], *direction);
-        }
-    }
-
-    /// Each walk against single rays.
-    fn agree(mesh: &Mesh, points: &[Vec3], normals: &[Vec3], direction: Vec3) {
-        let (bundle, bvh) = (Bundle::new(mesh, points, normals), Bvh::new(mesh));
-        let single: Vec<u8> = points
-            .iter()
-            .zip(normals)
-            .map(|(p, n)| u8::from(n.dot(direction) > 0.0 && !bvh.blocked(&Ray::new(*p, direction))))
-            .collect();
-        let of = |by: &dyn Fn(&Bundle, &Grid, Vec3, &mut Cells)| seen(&bundle, direction, single.len(), by);
-        assert!(of(&walk::<false>) == single, "{direction}: the portable walk");
-        // What every third point meets, whether or not it looks along the direction.
-        let third = (0..points.len() as u32).step_by(3);
-        let first: Vec<_> =
-            third.clone().map(|p| bvh.nearest(&Ray::new(points[p as usize], direction))).collect();
-        let met = |by: &dyn Fn(&Bundle, &Grid, Vec3, &mut Cells)| {
-            let mut cells = Cells::default();
-            let (mut found, mut met) = (Vec::new(), vec![None; first.len()]);
-            let looking = (0..).zip(&bundle.order).filter(|(_, point)| **point % 3 == 0);
-            cells.looking.extend(looking.map(|(place, _)| place));
-            bundle.meet(direction, &mut cells, &mut found, by);
-            assert_eq!(found.len(), first.len());
-            found.into_iter().for_each(|(point, hit)| met[point as usize / 3] = hit);
-            met
-        };
-        assert!(met(&walk::<true>) == first, "{direction}: what the portable walk meets");
-        #[cfg(target_arch = "x86_64")]
-        #[expect(unsafe_code, reason = "the twins, for a processor that was just looked at")]
-        {
-            if std::arch::is_x86_feature_detected!("avx2") {
-                // SAFETY: the processor has AVX2.
-                let avx2 = of(&|b, g, d, c| unsafe { crate::trace::hold_avx2::walk::<false>(b, g, d, c) });
-                assert!(avx2 == single, "{direction}: eight lanes");
-                // SAFETY: the processor has AVX2.
-                let avx2 = met(&|b, g, d, c| unsafe { crate::trace::hold_avx2::walk::<true>(b, g, d, c) });
-                assert!(avx2 == first, "{direction}: what eight lanes meet");
-            }
-            if has_avx512() {
-                // SAFETY: the processor has AVX-512.
-                let avx512 =
-                    of(&|b, g, d, c| unsafe { crate::trace::hold_avx512::walk::<false>(b, g, d, c) });
-                assert!(avx512 == single, "{direction}: sixteen lanes");
-                // SAFETY: the processor has AVX-512.
-                let avx512 =
-                    met(&|b, g, d, c| unsafe { crate::trace::hold_avx512::walk::<true>(b, g, d, c) });
-                assert!(avx512 == first, "{direction}: what sixteen lanes meet");
-            }
         }
     }
 }

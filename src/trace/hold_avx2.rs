@@ -1,20 +1,20 @@
-//! Points that triangles are held against, eight at a time, as `hold::walk` does: what is certain there is certain here.
+//! The twin of `hold::walk` with AVX2, eight points at a time: what is certain there is certain here.
 
-use super::bundle::Bundle;
 use super::cells::{BLOCK_COLUMNS, Cells, Grid, Lanes};
 use super::hold::{DEPTH_SLACK, SLACK, collect, decide};
+use super::morton::Bundle;
 use glam::Vec3;
 use std::arch::x86_64::*;
 
 /// Triangles that are set up together, and points that one is held against at a time.
 const LANES: usize = 8;
 
-/// Eight triangles, each number of them in a lane.
+/// Eight triangles, one in each lane.
 #[repr(align(32))]
 #[derive(Default)]
 struct Batch {
-    /// The first corner, the edges from it to the second and to the third, turned so that the area is not negative, twice
-    /// the area and how far the edge functions may be off.
+    /// The first corner, the edges from it to the second and to the third, twice the area, and how far the
+    /// edge functions may be off. Edges and area are turned so that the area is not negative.
     numbers: [[f32; LANES]; 8],
     /// Depths beyond which no point is blocked, and before which every point inside is.
     depths: [[f32; LANES]; 2],
@@ -85,7 +85,7 @@ fn store_whole(to: &mut [i32; LANES], from: __m256i) {
     }
 }
 
-/// Sets eight triangles up; a bit for each that has points behind it in its cells.
+/// Sets eight triangles up; returns a bit for each that may block a point in its cells.
 #[target_feature(enable = "avx2")]
 #[inline]
 fn prepare([a, b, c]: [&[u32; LANES]; 3], grid: &Grid, cells: &Cells, batch: &mut Batch) -> u32 {
@@ -117,7 +117,7 @@ fn prepare([a, b, c]: [&[u32; LANES]; 3], grid: &Grid, cells: &Cells, batch: &mu
     store(&mut batch.depths[0], behind);
     store(&mut batch.depths[1], _mm256_sub_ps(low[2], _mm256_set1_ps(DEPTH_SLACK)));
 
-    // What is wider than a block or higher than a row may have points anywhere.
+    // A front says nothing of a triangle that is wider than a block or higher than a row.
     let wide = _mm256_cmpgt_epi32(_mm256_sub_epi32(right, left), _mm256_set1_epi32(BLOCK_COLUMNS as i32));
     let wide = _mm256_or_si256(wide, _mm256_cmpgt_epi32(_mm256_sub_epi32(bottom, top), _mm256_set1_epi32(1)));
     let row = _mm256_mullo_epi32(
@@ -155,7 +155,8 @@ fn hold<const COLLECT: bool>(
     let own = [0, 1, 2].map(|number| _mm256_set1_epi32(triangle[number] as i32));
     let numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     let [left, right, top, bottom] = [0, 1, 2, 3].map(|end| batch.cells[end][lane] as usize);
-    // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
+    // The cells of row r have the points of rows r and r + 1. They start at (r + 1) · columns, since row −1
+    // comes first.
     let mut row = top + 1;
     loop {
         let start = row * grid.size[0];
@@ -184,7 +185,7 @@ fn hold<const COLLECT: bool>(
                     _mm256_cmp_ps::<_CMP_LT_OQ>(z, ahead),
                 );
                 let must = _mm256_and_si256(_mm256_castps_si256(must), may);
-                // All ones are not a number, which no later comparison counts.
+                // All ones are not a number: every later comparison with it is false.
                 let marked = _mm256_or_ps(z, _mm256_castsi256_ps(must));
                 let z: &mut [f32; LANES] = (&mut lanes.z[at..at + LANES]).try_into().expect("eight values");
                 store(z, marked);

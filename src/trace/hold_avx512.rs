@@ -1,28 +1,30 @@
-//! `hold::walk` with sixteen lanes: triangles are set up and points held against them sixteen at a time.
+//! The twin of `hold::walk` with AVX-512: sixteen triangles are set up, and a triangle is held against
+//! sixteen points, at a time.
 
-use super::bundle::Bundle;
-use super::cells::{BLOCK_COLUMNS, Cells, Grid, LANES, Lanes};
+use super::cells::{BLOCK_COLUMNS, Cells, Grid, Lanes};
 use super::hold::{DEPTH_SLACK, SLACK, collect, decide};
+use super::morton::{Bundle, LANES};
 use crate::numeric::order::min;
 use glam::Vec3;
 use std::arch::x86_64::*;
 
-/// Triangles that wait to be held against points.
+/// The most triangles that wait to be held against points.
 const ROOM: usize = 256;
 
-/// Points of all cells that the caches hold: more are asked for before they are needed.
+/// As many points as the caches have room for; where there are more, they are prefetched.
 const CACHED: usize = 1 << 17;
 
-/// Triangles that may block something, each number of them in a list: what comes after each other without a branch between
-/// is worked on at once.
+/// Triangles that may block something, one list for each of their numbers. No branch stands between two of
+/// them, so a processor works on several at once.
 #[repr(align(64))]
 struct Queue {
     length: usize,
-    /// The first corner, the edges from it to the second and to the third, turned so that the area is not negative, twice
-    /// the area, how far the edge functions may be off, and the depths beyond which no point is blocked, and before which
-    /// every point inside is.
+    /// The first corner, the edges from it to the second and to the third, twice the area, how far the edge
+    /// functions may be off, and the depths beyond which no point is blocked and before which every point
+    /// inside is. Edges and area are turned so that the area is not negative.
     numbers: [[f32; ROOM]; 10],
-    /// The first cell, how many of a row, how many more rows of cells, the corners' places, and the triangle's number.
+    /// The first cell, how many cells of a row, how many more rows of cells, the corners' places, and the
+    /// triangle's number.
     cells: [[i32; ROOM]; 7],
 }
 
@@ -74,7 +76,7 @@ fn gather(places: &[u32; LANES], sheared: &[[f32; 4]]) -> [__m512; 3] {
     ]
 }
 
-/// Sets sixteen triangles up and queues those that have points behind them in their cells.
+/// Sets sixteen triangles up and queues those that may block a point in their cells.
 #[target_feature(enable = "avx512f,avx512dq")]
 #[inline]
 fn prepare(triangles: &[[u32; LANES]; 3], group: usize, grid: &Grid, cells: &Cells, queue: &mut Queue) {
@@ -95,7 +97,7 @@ fn prepare(triangles: &[[u32; LANES]; 3], group: usize, grid: &Grid, cells: &Cel
     let [left, right, top, bottom] = [cell(0, low[0]), cell(0, high[0]), cell(1, low[1]), cell(1, high[1])];
     let behind = _mm512_add_ps(high[2], _mm512_set1_ps(DEPTH_SLACK));
 
-    // What is wider than a block or higher than a row may have points anywhere.
+    // A front says nothing of a triangle that is wider than a block or higher than a row.
     let wide =
         _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(right, left), _mm512_set1_epi32(BLOCK_COLUMNS as i32));
     let tall = _mm512_cmpgt_epi32_mask(_mm512_sub_epi32(bottom, top), _mm512_set1_epi32(1));
@@ -137,7 +139,8 @@ fn prepare(triangles: &[[u32; LANES]; 3], group: usize, grid: &Grid, cells: &Cel
             _mm512_loadu_si512(triangles[corner].as_ptr().cast())
         }
     };
-    // The cells of row r, which come after a row of r - 1's, have the points of rows r and r + 1.
+    // The cells of row r have the points of rows r and r + 1. They start at (r + 1) · columns, since row −1
+    // comes first.
     let first_row = _mm512_mullo_epi32(_mm512_add_epi32(top, one), _mm512_set1_epi32(grid.size[0] as i32));
     let start = _mm512_add_epi32(first_row, left);
     let span = _mm512_add_epi32(_mm512_sub_epi32(right, left), one);
@@ -177,7 +180,7 @@ fn hold<const COLLECT: bool>(
             for list in [x.as_ptr(), y.as_ptr(), z.as_ptr(), place.as_ptr().cast()] {
                 #[expect(unsafe_code, reason = "a hint")]
                 #[allow(unused_unsafe, reason = "older compilers call it unsafe")]
-                // SAFETY: any address may be asked for.
+                // SAFETY: any address may be prefetched.
                 unsafe {
                     _mm_prefetch::<_MM_HINT_T0>(list.wrapping_add(at).cast());
                 }
@@ -194,7 +197,8 @@ fn hold<const COLLECT: bool>(
         loop {
             let mut at = starts[start] as usize;
             let end = starts[start + span] as usize;
-            // Up to fifteen points of other cells, or none, are tested as well; `SLACK` says why that is right.
+            // Up to fifteen points of other cells, or lanes of padding, are tested as well; `SLACK` says why
+            // that is right.
             loop {
                 assert!(at + LANES <= points, "room after the last point");
                 #[expect(unsafe_code, reason = "vectors of sixteen values")]

@@ -1,8 +1,12 @@
-//! Rays against triangles: nearest and any hit through a tree of boxes, and bundles of parallel rays (contract 6).
+//! Rays against triangles: nearest and any hit through a tree of boxes, and bundles of parallel rays
+//! (contract 6).
 //!
-//! A hit is a function of the ray and the triangles alone: the nearest `t`, ties going to the lowest triangle. How that
-//! is kept whatever tree was built: [`triangle`] says what hits, and every step of the walk compares numbers that can
-//! only grow from a triangle's own box to the boxes around it.
+//! A hit is a function of the ray and the triangles alone: the nearest `t`, ties going to the lowest
+//! triangle. No tree can change it: [`triangle`] says what a hit is, and the interval of `t` in which a ray
+//! is in a box contains the intervals of everything in that box.
+//!
+//! A *walk* here is the traversal of a tree, or of the cells of a bundle. Its *twin* is the same function
+//! with wider instructions and the same bits.
 
 mod build;
 pub mod bundle;
@@ -13,6 +17,8 @@ mod hold;
 mod hold_avx2;
 #[cfg(target_arch = "x86_64")]
 mod hold_avx512;
+mod morton;
+mod node;
 pub mod triangle;
 mod walk;
 #[cfg(target_arch = "x86_64")]
@@ -27,7 +33,7 @@ use glam::Vec3;
 pub struct Ray {
     /// In the scene's unit.
     pub origin: Vec3,
-    /// Of any length whose largest component is within 10⁻¹⁵ … 10¹⁵; `t` counts in it.
+    /// Of any length, its largest component within 10⁻¹⁵ … 10¹⁵; `t` is in units of this length.
     pub direction: Vec3,
     /// The largest t that counts; infinite for a whole ray.
     pub far: f32,

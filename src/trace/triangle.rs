@@ -1,25 +1,26 @@
-//! Which triangles a ray meets, so that none slips through between two of them: the watertight test of Woop, Benthin and
-//! Wald 2013.
+//! The watertight test of a ray against a triangle (Woop, Benthin and Wald 2013): no ray slips through
+//! between two triangles that share an edge.
 //!
-//! The space is sheared along the ray so that the ray becomes the z axis; the three edge functions U, V and W of the
-//! sheared triangle then say by their signs whether the axis passes through it. An edge's function has the same magnitude
-//! in both triangles that share it, to the bit, so a ray cannot pass between the two, and one that meets the edge meets
-//! both. Woop et al. compute in `f32` and repeat in `f64` where a function is 0. Here all is `f64`, from the shear on, and
-//! points are sheared before they are moved to the origin: so all rays of one direction share the sheared corners
-//! ([`super::bundle`]), meshes of any scale that `f32` can hold neither underflow nor overflow, and a ray that starts in a
-//! corner of a triangle has exactly t = 0 there and does not meet it.
+//! The space is sheared along the ray so that the ray becomes the z axis; the three edge functions U, V and W
+//! of the sheared triangle then say by their signs whether the axis passes through it. An edge's function has
+//! the same magnitude in both triangles that share it, to the bit, so a ray cannot pass between the two, and
+//! one that meets the edge meets both. Woop et al. compute in `f32` and repeat in `f64` where a function
+//! is 0. Here all is `f64`, from the shear on, and points are sheared before they are moved to the origin. So
+//! all rays of one direction share the sheared corners ([`super::bundle`]), meshes of any scale that `f32`
+//! can hold neither underflow nor overflow, and a ray that starts in a corner of a triangle has exactly t = 0
+//! there and does not meet it.
 //!
-//! A triangle that a ray passes in its own plane can have edge functions that are rounding alone. So a hit must also lie
-//! in the triangle's box: the test of `interval` is part of what a hit is, and `t` is held to that interval. A box around
-//! others gives an interval around theirs, since rounding is monotone: that makes the walk through any tree of boxes give
-//! the bits of a loop over all triangles.
+//! Where a ray runs in a triangle's plane, the edge functions can be nothing but rounding. So a hit must also
+//! lie in the triangle's box: the test of `interval` is part of what a hit is, and `t` is clamped to that
+//! interval. Rounding is monotone, so the interval of a box contains those of the boxes in it. Hence a walk
+//! through any tree of boxes gives the bits of a loop over all triangles.
 
 use super::{Hit, Ray};
 use crate::numeric::order::{clamp, max, max3, min, min3};
 use glam::Vec3;
 
-/// How far an interval is widened, as a part of its ends: over six roundings of `f32`, which is more than its products
-/// and differences have.
+/// How far an interval is widened, relative to its ends: by over six roundings of `f32`, more than its
+/// products and differences have.
 pub(super) const PADDING: f32 = 5e-7;
 
 /// The shear that makes the z axis of a direction (Woop et al. 2013, §3).
@@ -43,7 +44,7 @@ impl Shear {
         } else {
             2
         };
-        // Tables, since a direction's largest component is nothing that a branch foretells.
+        // Tables, since no processor predicts a branch on a direction's largest component.
         let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
         let [x, y, z] = picked(direction, axes);
         Self { axes, by: [x / z, y / z, 1.0 / z] }
@@ -71,8 +72,9 @@ fn picked(vector: Vec3, axes: [usize; 3]) -> [f64; 3] {
     [f64::from(vector[axes[0]]), f64::from(vector[axes[1]]), f64::from(vector[axes[2]])]
 }
 
-/// Where the z axis through `origin` meets the triangle of sheared `corners`: t, and the weights of the second and the
-/// third corner. None where it misses, where the triangle is seen edge-on, and where t is not above 0.
+/// Where the z axis through `origin` meets the triangle of sheared `corners`: t, and the weights of the
+/// second and the third corner. None where it misses, where the triangle is seen edge-on, and where t is not
+/// above 0.
 #[inline(always)]
 pub fn meets(corners: &[[f64; 3]; 3], origin: [f64; 3]) -> Option<[f64; 3]> {
     let moved = |corner: &[f64; 3]| [corner[0] - origin[0], corner[1] - origin[1], corner[2] - origin[2]];
@@ -85,7 +87,7 @@ pub fn meets(corners: &[[f64; 3]; 3], origin: [f64; 3]) -> Option<[f64; 3]> {
     }
     let sum = u + v + w;
     let t = (u * a[2] + v * b[2] + w * c[2]) / sum;
-    // Not above 0, and not a number where the sum is 0.
+    // Where the sum is 0, t is not a number, and so not above 0.
     if t > 0.0 { Some([t, v / sum, w / sum]) } else { None }
 }
 
@@ -107,10 +109,11 @@ impl Slabs {
         Self { origin: ray.origin.to_array(), inverse, first }
     }
 
-    /// The interval of t in which a ray is between the `first` and the `second` planes that it meets of each axis, widened
-    /// for rounding. Empty where the first end exceeds the second.
+    /// The interval of t in which a ray is in a box, widened for rounding; `first` and `second` are the
+    /// planes of each axis in the order in which it meets them. Empty where the first end exceeds the second.
     ///
-    /// A ray within a plane of the box, parallel to it, gives 0 · ∞: no number, which the comparisons pass over.
+    /// A ray that runs in a plane of the box gives 0 · ∞, which is not a number and which the comparisons
+    /// ignore.
     #[inline(always)]
     pub(super) fn interval(&self, first: [f32; 3], second: [f32; 3]) -> [f32; 2] {
         let mut near = 0.0;
@@ -129,8 +132,8 @@ pub(super) fn ends([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3) {
     (min3(min3(*a, *b), *c), max3(max3(*a, *b), *c))
 }
 
-/// The interval of t in which the ray is in the triangle's box, widened by [`PADDING`]; empty where its first end exceeds
-/// the second.
+/// The interval of t in which the ray is in the triangle's box, widened by [`PADDING`]; empty where its first
+/// end exceeds the second.
 #[inline(always)]
 pub(super) fn interval(slabs: &Slabs, corners: &[Vec3; 3]) -> [f32; 2] {
     let (low, high) = ends(corners);
@@ -139,7 +142,7 @@ pub(super) fn interval(slabs: &Slabs, corners: &[Vec3; 3]) -> [f32; 2] {
     slabs.interval(pick(0), pick(1))
 }
 
-/// Where a ray meets a triangle whose box it meets in `interval`, at most at the ray's `far`.
+/// Where a ray meets a triangle, at most at t = `most`; `near` and `far` are the ends of its [`interval`].
 #[inline(always)]
 pub(super) fn within(
     shear: &Shear,
@@ -155,7 +158,7 @@ pub(super) fn within(
     (t > 0.0 && t <= most).then_some(Hit { triangle, t, u: u as f32, v: v as f32 })
 }
 
-/// Where a ray meets one triangle: what every walk through many comes to.
+/// Where a ray meets one triangle. Every walk through many gives what this test gives.
 pub fn hit(ray: &Ray, corners: &[Vec3; 3], triangle: u32) -> Option<Hit> {
     along(&Shear::new(ray.direction), &Slabs::new(ray), ray, corners, triangle)
 }

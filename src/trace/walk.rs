@@ -1,16 +1,15 @@
-//! A ray's way through a tree.
+//! A ray's walk through a tree.
 //!
-//! A node's children that a ray enters stay together, as one entry of the stack; each time the nearest of the last entry
-//! is taken out. So the way through a node has no loop over its children and no sorting, whose branches no processor
-//! foretells.
+//! The children of a node that a ray enters stay together as one entry of the stack. The nearest child of the
+//! top entry is visited next. So a node needs neither a loop over its children nor a sort, whose branches no
+//! processor predicts.
 
-use super::build::Parts;
-use super::bvh::{Block, LEVELS, Node, WIDTH};
+use super::node::{Block, LEVELS, Node, Parts, WIDTH};
 use super::triangle::{Shear, Slabs};
 use super::{Hit, Ray};
 use std::mem::MaybeUninit;
 
-/// What tests and triangles need of a ray.
+/// What the tests of boxes and triangles need of a ray.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sight {
     pub(super) slabs: Slabs,
@@ -27,12 +26,13 @@ impl Sight {
     }
 }
 
-/// The children of a node whose boxes a ray enters and that were not looked at.
+/// The children of a node whose boxes a ray enters and that it has not visited yet.
 #[derive(Clone, Copy)]
 pub(super) struct Entered<N> {
-    /// A bit for each.
+    /// A bit for each child, by its place.
     pub(super) mask: u32,
-    /// The high halves of the bits of the t at which it enters, of each; all ones for other children.
+    /// For each child the upper half of the bits of the t at which the ray enters it; all ones for other
+    /// children.
     pub(super) near: N,
 }
 
@@ -45,7 +45,7 @@ pub(super) struct Best {
 }
 
 impl Best {
-    /// Takes a hit, at most at `most`, where it is better.
+    /// Takes a hit whose t is at most `most`, if it is better.
     #[inline(always)]
     pub(super) fn take(&mut self, hit: Hit) {
         if self.hit.is_none_or(|best| hit.t < best.t || hit.triangle < best.triangle) {
@@ -54,8 +54,9 @@ impl Best {
     }
 }
 
-/// [`super::Bvh::nearest`] with a way to enter a node, up to some t, to find the least of eight and its place, to take
-/// what is at a place out, and to meet the triangles of a block.
+/// [`super::Bvh::nearest`] by four functions: `enter` tests the boxes of a node up to some t, `least` finds
+/// the least of eight numbers and its place, `without` removes the number at a place, and `meet` tests the
+/// triangles of a block.
 #[inline(always)]
 pub(super) fn nearest<N: Copy>(
     parts: &Parts,
@@ -100,7 +101,7 @@ pub(super) fn nearest<N: Copy>(
     }
 }
 
-/// [`super::Bvh::blocked`] with a way to enter a node and to meet triangles.
+/// [`super::Bvh::blocked`] by `enter` and `meet`, as for [`nearest`].
 #[inline(always)]
 pub(super) fn blocked<N>(
     parts: &Parts,
@@ -140,7 +141,7 @@ pub(super) fn blocked<N>(
     }
 }
 
-/// The walk with nothing but the language.
+/// The walk without intrinsics.
 pub(super) mod portable {
     use super::super::triangle::{interval, within};
     use super::*;
@@ -199,52 +200,5 @@ pub(super) mod portable {
 
     pub(in super::super) fn blocked(parts: &Parts, ray: &Ray) -> bool {
         super::blocked(parts, ray, |node, slabs, most| enter(&parts.nodes[node], slabs, most), meet)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Bvh;
-    use super::*;
-    use crate::world::mesh::Mesh;
-    use crate::world::shapes;
-    use glam::Vec3;
-
-    /// Rays of all lengths through corners, along and beside edges, parallel to axes and to boxes' planes, against meshes
-    /// of which one has every triangle twice.
-    #[test]
-    fn the_portable_walk_finds_what_the_processors_own_finds() {
-        let knot = shapes::torus_knot(2, 3, 0.35, 64, 8).unwrap();
-        let twice = knot.triangles.iter().chain(&knot.triangles).copied().collect();
-        let twice = Mesh::new(knot.positions.clone(), None, twice).unwrap();
-        let cuboid = shapes::cuboid(Vec3::new(1.0, 0.25, 3.0), 4).unwrap();
-        let tiny = cuboid.positions.iter().map(|p| *p * 1e-18).collect();
-        let tiny = Mesh::new(tiny, None, cuboid.triangles.clone()).unwrap();
-        for mesh in [knot, twice, cuboid, tiny] {
-            let bvh = Bvh::new(&mesh);
-            let radius = mesh.bounds().radius();
-            let mut hits = 0;
-            let count = 20_000;
-            for number in 0..count {
-                let corner = |step: usize| mesh.positions[(number * step + step) % mesh.positions.len()];
-                let axis = [Vec3::X, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Z][number % 6];
-                let origin = corner(7) + axis * [0.0, -2.0 * radius, radius][number % 3];
-                let direction = match number % 4 {
-                    0 => axis,
-                    1 => corner(11) - origin,
-                    2 => (corner(5) + corner(6)) * 0.5 - origin,
-                    _ => corner(13) + Vec3::splat(radius * 1e-3) - origin,
-                };
-                let direction = if direction == Vec3::ZERO { axis } else { direction };
-                let far = if number % 5 == 0 { 0.7 } else { f32::INFINITY };
-                let ray = Ray { origin, direction, far };
-                let found = portable::nearest(&bvh.parts, &ray);
-                assert_eq!(found, bvh.nearest(&ray), "{ray:?}");
-                let blocked = [portable::blocked(&bvh.parts, &ray), bvh.blocked(&ray)];
-                assert_eq!(blocked, [found.is_some(); 2], "{ray:?}");
-                hits += usize::from(found.is_some());
-            }
-            assert!(hits > count / 4, "{hits}");
-        }
     }
 }

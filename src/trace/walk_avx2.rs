@@ -1,7 +1,7 @@
-//! The walk with eight boxes or triangles at a time, and four in `f64`: with the bits of `walk::portable`.
+//! The twin of `walk::portable` with AVX2: eight boxes or triangles at a time, four in `f64`, and the same
+//! bits.
 
-use super::build::Parts;
-use super::bvh::{BLOCK_TRIANGLES, BLOCK_VERTICES, Block, Node, WIDTH};
+use super::node::{BLOCK_TRIANGLES, BLOCK_VERTICES, Block, Node, Parts, WIDTH};
 use super::triangle::{PADDING, Slabs};
 use super::walk::{self, Best, Entered, Sight};
 use super::{Hit, Ray};
@@ -34,8 +34,8 @@ pub(super) fn blocked(parts: &Parts, ray: &Ray) -> bool {
     )
 }
 
-/// `Slabs::interval` of eight boxes, their first and second planes of an axis by `planes`; before it, ones for each box
-/// that a ray is in, up to `most`.
+/// `Slabs::interval` of eight boxes; `planes` gives their first and second planes along an axis. Before the
+/// two ends comes a mask: all ones for each box that the ray enters, at most at `most`.
 #[target_feature(enable = "avx2")]
 #[inline]
 fn intervals(slabs: &Slabs, most: f32, planes: impl Fn(usize) -> [__m256; 2]) -> (__m256, __m256, __m256) {
@@ -46,7 +46,7 @@ fn intervals(slabs: &Slabs, most: f32, planes: impl Fn(usize) -> [__m256; 2]) ->
             _mm256_mul_ps(from, _mm256_set1_ps(slabs.inverse[axis]))
         };
         let [first, second] = planes(axis);
-        // `numeric::order`'s max and min: the second operand is the value where one is no number.
+        // As `numeric::order`'s max and min: the result is the second operand where one is not a number.
         near = _mm256_max_ps(at(first), near);
         far = _mm256_min_ps(at(second), far);
     }
@@ -59,7 +59,8 @@ fn intervals(slabs: &Slabs, most: f32, planes: impl Fn(usize) -> [__m256; 2]) ->
     (met, near, far)
 }
 
-/// Tests a ray against the boxes of a node, up to `most`. (A copy for each walk, so that it becomes part of it.)
+/// Tests a ray against the boxes of a node, up to `most`. (`NEAREST` makes a copy for each walk, so that it
+/// is inlined.)
 #[target_feature(enable = "avx2")]
 #[inline]
 fn enter<const NEAREST: bool>(parts: &Parts, index: usize, slabs: &Slabs, most: f32) -> Entered<__m128i> {
@@ -83,13 +84,13 @@ fn enter<const NEAREST: bool>(parts: &Parts, index: usize, slabs: &Slabs, most: 
     let high = _mm256_srli_epi32::<16>(near);
     let near = _mm_packus_epi32(_mm256_castsi256_si128(high), _mm256_extracti128_si256::<1>(high));
     let mask = _mm256_movemask_ps(_mm256_castsi256_ps(met)) as u32;
-    // Most are looked at: the memory is asked for the first and the last while there is other work.
+    // Most children are visited, so the first and the last are prefetched while there is other work.
     fetch(parts, node, mask.trailing_zeros() as usize);
     fetch(parts, node, 31 - (mask | 1).leading_zeros() as usize);
     Entered { mask, near }
 }
 
-/// Asks for a child, by its place; one that is not there may be anything.
+/// Prefetches the child at a place. Where there is none, the address is arbitrary.
 #[target_feature(enable = "avx2")]
 #[inline]
 fn fetch(parts: &Parts, node: &Node, place: usize) {
@@ -98,7 +99,7 @@ fn fetch(parts: &Parts, node: &Node, place: usize) {
     let child = std::hint::select_unpredictable(place < node.inner(), inner, block);
     #[expect(unsafe_code, reason = "a hint")]
     #[allow(unused_unsafe, reason = "older compilers call it unsafe")]
-    // SAFETY: any address may be asked for.
+    // SAFETY: any address may be prefetched.
     unsafe {
         _mm_prefetch::<_MM_HINT_T0>(child);
         _mm_prefetch::<_MM_HINT_T0>(child.wrapping_add(64));
@@ -119,7 +120,7 @@ fn without(near: __m128i, lane: usize) -> __m128i {
     _mm_or_si128(near, is)
 }
 
-/// The coordinates of an axis of all first, second and third corners.
+/// The coordinates along an axis of all first, second and third corners.
 #[target_feature(enable = "avx2")]
 #[inline]
 fn corners(block: &Block, axis: usize) -> [__m256; 3] {
@@ -129,7 +130,7 @@ fn corners(block: &Block, axis: usize) -> [__m256; 3] {
     let vertices = unsafe { _mm256_loadu_ps(vertices.as_ptr()) };
     [0, 1, 2].map(|corner| {
         let numbers = _mm256_set1_epi32((block.corners >> (3 * corner * BLOCK_TRIANGLES)) as i32);
-        // A permutation takes the lowest three bits.
+        // The permutation reads the lowest three bits of each number.
         let numbers = _mm256_srlv_epi32(numbers, _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 32, 32));
         _mm256_permutevar8x32_ps(vertices, numbers)
     })
@@ -144,7 +145,7 @@ fn meet(block: &Block, sight: &Sight, best: &mut Best) {
         // `triangle::ends`, with `numeric::order`'s min and max.
         let low = _mm256_min_ps(c, _mm256_min_ps(b, a));
         let high = _mm256_max_ps(c, _mm256_max_ps(b, a));
-        // Blends go by the sign.
+        // A blend picks by the sign.
         let flip = _mm256_set1_ps(sight.slabs.inverse[axis]);
         [_mm256_blendv_ps(low, high, flip), _mm256_blendv_ps(high, low, flip)]
     };
@@ -164,7 +165,8 @@ fn meet(block: &Block, sight: &Sight, best: &mut Best) {
     }
 }
 
-/// `triangle::within` for the first or the second four triangles, by the coordinates of each of the shear's axes.
+/// `triangle::within` for the first or the second four triangles. `corners` has the coordinates along each of
+/// the shear's axes.
 #[target_feature(enable = "avx2")]
 #[inline]
 fn meet_half<const WHICH: i32>(

@@ -39,7 +39,7 @@ impl Alias {
         if (bits as u32) < threshold { index } else { other as usize }
     }
 
-    /// How likely an index is.
+    /// The probability of an index.
     pub(super) fn probability(&self, index: usize) -> f64 {
         f64::from(self.probabilities[index])
     }

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-/// The reflectance of unpolarised light that meets the boundary at `cosine` ≥ 0 to its normal, on the side from which the
-/// other has the relative index `eta` (Fresnel 1823); 1 beyond the critical angle.
+/// The reflectance of unpolarised light that meets the boundary at `cosine` ≥ 0 to its normal (Fresnel 1823);
+/// 1 beyond the critical angle. `eta` is the index of the other side relative to that of this one.
 pub fn fresnel(cosine: f32, eta: f32) -> f32 {
     let squared = 1.0 - (1.0 - cosine * cosine) / (eta * eta);
     if squared <= 0.0 {
@@ -15,8 +15,9 @@ pub fn fresnel(cosine: f32, eta: f32) -> f32 {
     0.5 * (across * across + along * along)
 }
 
-/// The unit vector in which a ray goes on behind the boundary: `direction` meets it against the unit `normal`, and `eta`
-/// is the index behind relative to that before. None beyond the critical angle (Snell's law).
+/// The unit vector along which a ray goes on behind the boundary (Snell's law); none beyond the critical
+/// angle. `direction` meets the boundary against the unit `normal`, and `eta` is the index behind relative to
+/// that before.
 pub fn refract(direction: Vec3, normal: Vec3, eta: f32) -> Option<Vec3> {
     let cosine = -direction.dot(normal);
     let tangential = (direction + normal * cosine) / eta;

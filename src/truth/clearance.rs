@@ -1,8 +1,10 @@
-//! How far a point is from a mesh at least: a walk whose next step is shorter meets nothing and needs no ray.
+//! A lower bound of the distance of a point from a mesh: a walk whose next step is shorter meets nothing and
+//! needs no ray.
 //!
-//! A grid of cubes over the mesh's box. Those that a triangle's box touches are occupied; of every cube the number is
-//! the distance between it and the nearest occupied one, rounded down, so it holds for every point of the cube. The
-//! squared distance of two cubes is the sum over the axes of max(|steps| − 1, 0)², so its least is found axis by axis.
+//! A grid of cubes covers the mesh's box. Cubes that a triangle's box touches are occupied. Every cube has
+//! the distance between it and the nearest occupied one, rounded down, so the bound holds for every point of
+//! the cube. The squared distance of two cubes is the sum over the axes of max(|steps| − 1, 0)², so the least
+//! is found axis by axis.
 
 use crate::numeric::order::{clamp, max, max3, min, min3};
 use crate::numeric::parallel;
@@ -32,7 +34,7 @@ impl Clearance {
     pub(super) fn new(corners: &[[Vec3; 3]], bounds: &Bounds) -> Self {
         let extent = bounds.high - bounds.low;
         let side = extent.max_element() / CELLS;
-        // A border of one cube, so that rounding leads out of the grid nowhere near the box.
+        // A border of one cube, so that rounding near the box does not lead out of the grid.
         let low = bounds.low - Vec3::splat(side);
         let size = (extent / side).to_array().map(|cells| cells as usize + 3);
         let mut grid = Self {
@@ -40,7 +42,7 @@ impl Clearance {
             scale: 1.0 / side,
             size,
             steps: vec![0; size.iter().product()],
-            // A thousandth less than a part: more than the rounding of a cube's place.
+            // A thousandth less than a part, which is more than the rounding of a cube's place.
             unit: side / PARTS * 0.999,
         };
         let mut far = vec![f32::INFINITY; grid.steps.len()];
@@ -78,7 +80,8 @@ impl Clearance {
     }
 }
 
-/// Of each cube the least, over all in its row along an axis, of their value and the squared distance to them.
+/// For each cube the least sum, over all cubes in its row along an axis, of their value and the squared
+/// distance to them.
 fn spread(far: &[f32], size: [usize; 3], axis: usize) -> Vec<f32> {
     let stride: usize = size[..axis].iter().product();
     let count = size[axis];

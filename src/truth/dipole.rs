@@ -1,13 +1,15 @@
 //! The dipole integrated over a surface: Banterle and Chalmers, Eq. 1 and 2, after Jensen et al. 2001.
 //!
-//! L(x, o) = F_t(η, o) / π · ∫ E(y) R_d(|x − y|) dy over all triangles, with R_d of [`Dipole::kernel`] (errata T3: the
-//! distances are those from the two sources) and E(y) = ∫ F_t(η, i) L(y, i) cos θ di: the irradiance that enters, by
-//! Schlick's transmittance as in the techniques' passes, shadowed by the mesh.
+//! L(x, o) = F_t(η, o) / π · ∫ E(y) R_d(|x − y|) dy over all triangles, with R_d of
+//! [`Dipole::kernel`](crate::world::medium::Dipole::kernel) (errata T3: the distances are those from the two
+//! sources) and E(y) = ∫ F_t(η, i) L(y, i) cos θ di: the irradiance that enters, by Schlick's transmittance
+//! as in the techniques' passes, shadowed by the mesh.
 //!
-//! The integral is drawn as King, Kulla, Conty and Fajardo 2013 do: an axis, the normal at x or one of two tangents; a
-//! distance from it, in proportion to the kernel of one source of one channel without absorption, z / (2π s³), whose
-//! distribution inverts in closed form; and every point in which the line there meets the surface. A point y that some
-//! axis can find with density ρ(y) = Σ q_a p(r_a) |n_y · a| per area counts as 1/ρ. One of three orthogonal axes is never
+//! The integral is drawn as King, Kulla, Conty and Fajardo 2013 do. First an axis is drawn, the normal at x
+//! or one of two tangents. Then a distance from it is drawn in proportion to the kernel of one source of one
+//! channel without absorption, z / (2π s³), whose distribution inverts in closed form. Every point in which
+//! the line there, parallel to the axis, meets the surface counts. All axes together find a point y with the
+//! density ρ(y) = Σ q_a p(r_a) |n_y · a| per area, so it counts as 1/ρ. One of three orthogonal axes is never
 //! far from a normal and r_a ≤ |x − y|, so the weight R_d / ρ has a bound.
 
 use super::path::arriving;

@@ -1,5 +1,5 @@
-//! What lights a scene: points, directions, and environments of which any direction can be asked and maps can be drawn
-//! from.
+//! What lights a scene: points, directions, and environments of which any direction can be asked and maps can
+//! be drawn from.
 
 use super::alias::Alias;
 use crate::numeric::order::{clamp, max};
@@ -50,8 +50,8 @@ pub struct Map {
     radiance: LatLong,
     /// Factor on it.
     scale: f32,
-    /// Texels by the greatest sum of the channels that a bilinear look-up in them can meet, times their solid angle: so
-    /// none is drawn too rarely.
+    /// Texels by the greatest sum of the channels that a bilinear look-up in them can meet, times their solid
+    /// angle: so none is drawn too rarely.
     table: Alias,
 }
 
@@ -149,7 +149,8 @@ impl Sky {
         }
     }
 
-    /// Draws a direction in proportion to a map's radiance, with its density; none of what is smooth or has a sign.
+    /// Draws a direction in proportion to a map's radiance, with its density; none of what is smooth or has a
+    /// sign.
     pub(super) fn sample(&self, random: &mut Sample) -> Option<(Vec3, f32)> {
         match self {
             Self::Map(map) => Some(map.sample(random)),
@@ -173,8 +174,8 @@ pub struct Lights {
     pub lamps: Vec<Lamp>,
     /// Environments; they add up.
     pub skies: Vec<Sky>,
-    /// Whether maps are drawn from, each draw weighted with the surface's own; else the surface alone is drawn from, which
-    /// is as right and noisier.
+    /// Whether maps are drawn from, each draw weighted with the surface's own; else the surface alone is
+    /// drawn from, which is as right and noisier.
     pub draw: bool,
 }
 
@@ -184,8 +185,8 @@ impl Lights {
         self.skies.iter().fold(Vec3::ZERO, |sum, sky| sum + sky.radiance(direction))
     }
 
-    /// The radiance of all environments from a direction that something else drew with density `pdf`, weighted by the
-    /// balance heuristic (Veach 1997, Eq. 9.8) against [`Sky::sample`].
+    /// The radiance of all environments from a direction that something else drew with density `pdf`,
+    /// weighted by the balance heuristic (Veach 1997, Eq. 9.8) against [`Sky::sample`].
     pub(super) fn weighted_radiance(&self, direction: Vec3, pdf: f32) -> Vec3 {
         self.skies.iter().fold(Vec3::ZERO, |sum, environment| {
             let other = if self.draw { environment.pdf(direction) } else { 0.0 };

@@ -1,10 +1,12 @@
-//! Light transport without a technique's approximations, by Monte Carlo: what the techniques are measured against.
+//! Light transport without a technique's approximations, by Monte Carlo: what the techniques are measured
+//! against.
 //!
-//! Three models, each an estimator whose mean is the integral that its file states: light that surfaces reflect
-//! ([`Model::Surface`], `path.rs`), light that walks through a homogeneous medium behind a smooth dielectric boundary
-//! ([`Model::Medium`], `walk.rs`), and the dipole integrated over the surface ([`Model::Dipole`], `dipole.rs`: Banterle
-//! and Chalmers, Eq. 1 and 2). A sample is a function of pixel, number and scene alone (contract 5), and a pixel adds its
-//! samples in their order ([`Sums`]), so sums are the same bits on any number of threads and however often they stop.
+//! Three models, each an estimator whose mean is the integral that its file states: light that surfaces
+//! reflect ([`Model::Surface`], `path.rs`), light that walks through a homogeneous medium behind a smooth
+//! dielectric boundary ([`Model::Medium`], `walk.rs`), and the dipole integrated over the surface
+//! ([`Model::Dipole`], `dipole.rs`: Banterle and Chalmers, Eq. 1 and 2). A sample is a function of pixel,
+//! number and scene alone (contract 5), and a pixel adds its samples in their order ([`Sums`]), so sums are
+//! the same bits on any number of threads and however often they stop.
 
 mod alias;
 mod boundary;
@@ -44,8 +46,8 @@ use std::sync::Arc;
 pub enum Normals {
     /// Those of the triangles: the mesh as it is, which keeps energy.
     Face,
-    /// The vertices', interpolated, as the techniques shade. Light that would reach the back of the triangle or leave
-    /// through it counts as none, so a little is lost where the two normals differ.
+    /// The vertices', interpolated, as the techniques shade. Light that would reach the back of the triangle
+    /// or leave through it counts as none, so a little is lost where the two normals differ.
     Interpolated,
 }
 
@@ -56,7 +58,8 @@ pub enum Model {
     Surface {
         /// How.
         brdf: Brdf,
-        /// How many reflections a path may have; 1 is light reflected once, 0 what surfaces emit, `None` any number.
+        /// How many reflections a path may have; 1 is light reflected once, 0 what surfaces emit, `None` any
+        /// number.
         bounces: Option<u32>,
         /// Normals of the reflections.
         normals: Normals,
@@ -83,7 +86,8 @@ pub struct Estimator {
     model: Model,
     /// What shines from outside.
     pub lights: Lights,
-    /// Radiance that each triangle emits on both sides, RGB; empty where none does. Read by [`Model::Surface`] alone.
+    /// Radiance that each triangle emits on both sides, RGB; empty where none does. Read by
+    /// [`Model::Surface`] alone.
     pub emission: Vec<Vec3>,
 }
 
@@ -129,8 +133,8 @@ pub struct Rays {
 }
 
 impl Rays {
-    /// The ray through a place in a pixel, counted row by row from the top left as parts of its sides; its direction is a
-    /// unit vector.
+    /// The ray through a place in a pixel, counted row by row from the top left as parts of its sides; its
+    /// direction is a unit vector.
     pub fn through(&self, pixel: usize, [dx, dy]: [f32; 2]) -> Ray {
         let ([width, height], [across, along]) = (self.size, self.tangents);
         let x = 2.0 * ((pixel % width) as f32 + dx) / width as f32 - 1.0;
@@ -153,8 +157,9 @@ impl Estimator {
     /// Refuses what the model cannot find; its samples then would be no estimate of it.
     ///
     /// # Errors
-    /// [`Model::Medium`] of a mesh that is not closed, of a medium that is empty in some channel, and of η ≠ 1 under a light
-    /// that is a point or a direction: no path through a boundary that refracts can be joined to one.
+    /// [`Model::Medium`] of a mesh that is not closed, of a medium that is empty in some channel, and of η ≠
+    /// 1 under a light that is a point or a direction: no path through a boundary that refracts can be joined
+    /// to one.
     pub fn check(&self) -> Result<(), Error> {
         match &self.model {
             Model::Medium(volume) => walk::check(self, volume),
@@ -190,7 +195,8 @@ impl Estimator {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// Whether a closed mesh has a point inside: a ray from there leaves it through an odd number of triangles.
+    /// Whether a closed mesh has a point inside: a ray from there leaves it through an odd number of
+    /// triangles.
     pub fn encloses(&self, point: Vec3) -> bool {
         // No direction that models prefer.
         let mut ray = Ray::new(point, Vec3::new(0.531, 0.683, 0.502));
@@ -202,8 +208,8 @@ impl Estimator {
         crossings % 2 == 1
     }
 
-    /// Adds samples of the radiance that each pixel sees, until each has `samples`; `told` is told now and then how many
-    /// have them. Elements of the sums are pixels, row by row from the top left.
+    /// Adds samples of the radiance that each pixel sees, until each has `samples`; `told` is told now and
+    /// then how many have them. Elements of the sums are pixels, row by row from the top left.
     pub fn pixels(&self, view: &Sensor, sums: &mut Sums, samples: u64, told: &mut dyn FnMut(usize)) {
         let rays = view.rays();
         let look = |pixel: usize, at: [f32; 2]| {
@@ -221,8 +227,8 @@ impl Estimator {
         sums.advance(samples, of, told);
     }
 
-    /// One sample of the radiance that arrives at the ray's origin against its direction, a unit vector, RGB; none where
-    /// the ray meets no surface. The origin of a ray towards a medium is outside of it.
+    /// One sample of the radiance that arrives at the ray's origin against its direction, a unit vector, RGB;
+    /// none where the ray meets no surface. The origin of a ray towards a medium is outside of it.
     pub fn along(&self, ray: &Ray, random: &mut Sample) -> Option<Vec3> {
         let hit = self.bvh.nearest(ray)?;
         Some(self.sent(&hit, -ray.direction, random))
@@ -243,9 +249,9 @@ impl Estimator {
         }
     }
 
-    /// One sample of the radiance that leaves a point with a normal of its own towards the unit vector `eye`, RGB, by
-    /// reflection: what a technique that computes in vertices is compared with. Rays leave `point` exactly; one in a
-    /// vertex does not meet the triangles around it.
+    /// One sample of the radiance that leaves a point with a normal of its own towards the unit vector `eye`,
+    /// RGB, by reflection: what a technique that computes in vertices is compared with. Rays leave `point`
+    /// exactly; one in a vertex does not meet the triangles around it.
     ///
     /// # Panics
     /// Where the model is not [`Model::Surface`].
@@ -256,9 +262,9 @@ impl Estimator {
         path::reflected(self, brdf, *bounces, Place::free(point, normal), eye, random)
     }
 
-    /// Adds samples of the radiance that leaves each vertex of the mesh along its normal, until each has `samples`: of a
-    /// diffuse surface what leaves it in every direction, the number that techniques have in vertices. Elements of the
-    /// sums are vertices.
+    /// Adds samples of the radiance that leaves each vertex of the mesh along its normal, until each has
+    /// `samples`: of a diffuse surface what leaves it in every direction, the number that techniques have in
+    /// vertices. Elements of the sums are vertices.
     ///
     /// # Panics
     /// As [`Self::leaving`].

@@ -1,10 +1,11 @@
 //! Light that surfaces reflect: paths from the eye (Kajiya 1986).
 //!
-//! L(x, o) = Σ over lights and ∫ over directions of f(i, o) L(x, i) cos θ di, the integral drawn from the reflection's own
-//! sampling, again and again. At each point the light of points and directions is added by shadow rays. A map is drawn from
-//! too, and the two strategies share it by the balance heuristic; constants and projections, which are smooth and, if
-//! projected, of either sign, are met by the reflection's draws alone, so that no density depends on their sign and the
-//! result is linear in the light, sample by sample. Emitting triangles are met in the same way.
+//! L(x, o) = Σ over lights and ∫ over directions of f(i, o) L(x, i) cos θ di, where the reflection's own
+//! sampling draws the directions of the integral, again and again. At each point, shadow rays add the light
+//! of points and directions. A map is drawn from too, and the balance heuristic combines the two strategies.
+//! Constants and projections are smooth, and projections may be negative: these are met by the reflection's
+//! draws alone. So no density depends on their sign, and the result is linear in the light, sample by sample.
+//! Emitting triangles are met in the same way.
 
 use super::place::Place;
 use super::{Estimator, Lamp, Model};
@@ -18,7 +19,7 @@ use glam::Vec3;
 /// Reflections after which a path may end by chance, where their number has no limit of its own.
 const SURE: u32 = 4;
 
-/// The greatest chance that it goes on, so that the longest paths in white rooms end too.
+/// The greatest chance that such a path goes on, so that the longest paths in white rooms end too.
 const MOST: f32 = 0.95;
 
 /// A reflecting point in its local frame, whose z axis is the normal.
@@ -29,8 +30,9 @@ struct Local {
 }
 
 impl Local {
-    /// The point turned to the side of the eye. Where the interpolated normal is averted from the eye, the eye is taken
-    /// to be just above its horizon: the diffuse part then is what the techniques, which do not ask the eye, shade.
+    /// The point turned to the side of the eye. Where the interpolated normal is averted from the eye, the
+    /// eye is taken to be just above its horizon. The diffuse part then is that of the techniques, which do
+    /// not depend on the eye.
     fn new(place: Place, eye: Vec3) -> Self {
         let place = if eye.dot(place.face) < 0.0 { place.turned() } else { place };
         let [x, y] = frame(place.normal);
@@ -53,7 +55,8 @@ impl Local {
     }
 }
 
-/// One sample of the radiance that a place reflects towards the unit vector `eye`, with at most `bounces` reflections.
+/// One sample of the radiance that a place reflects towards the unit vector `eye`, with at most `bounces`
+/// reflections.
 pub(super) fn reflected(
     scene: &Estimator,
     brdf: &Brdf,
@@ -116,8 +119,8 @@ fn direct(scene: &Estimator, brdf: &Brdf, at: &Local, random: &mut Sample) -> Ve
     total
 }
 
-/// The shadow ray from a place to a light, the unit vector towards the light, and the irradiance there of a surface that
-/// faces it.
+/// The shadow ray from a place to a light, the unit vector towards the light, and the irradiance there of a
+/// surface that faces it.
 pub(super) fn arriving(caster: &Lamp, place: &Place) -> (Ray, Vec3, Vec3) {
     match *caster {
         Lamp::Point { position, intensity } => {

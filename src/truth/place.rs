@@ -1,4 +1,4 @@
-//! Points of a surface that paths meet, and rays that leave them on the side that is meant.
+//! *Places*, the points of a surface that paths meet, and rays that leave them on the side that is meant.
 
 use super::Normals;
 use crate::numeric::order::max3;
@@ -7,15 +7,16 @@ use crate::trace::{Bvh, Hit, Ray};
 use crate::world::mesh::Mesh;
 use glam::Vec3;
 
-/// A bound of how far a coordinate of a hit is from its triangle's plane, as a part of the largest coordinate that it is
-/// made from: the rounding to `f32` and the rounding of the normal, doubled.
+/// A bound of how far a coordinate of a hit is from its triangle's plane, as a part of the largest coordinate
+/// that it is made from: the rounding to `f32` and the rounding of the normal, doubled.
 const ERROR: f32 = 4.0 / 16_777_216.0;
 
 /// A point of a surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     pub(super) point: Vec3,
-    /// Unit normal of the triangle, on its counter-clockwise side; zero for a free point, which rays leave exactly.
+    /// Unit normal of the triangle, on its counter-clockwise side; zero for a free point, which rays leave
+    /// exactly.
     pub(super) face: Vec3,
     /// Unit normal that it is shaded with.
     pub(super) normal: Vec3,
@@ -49,7 +50,8 @@ impl Place {
         Self { point: exact.as_vec3(), face, normal, triangle: hit.triangle, error }
     }
 
-    /// A point in space with a normal, such as a vertex: no triangle is avoided but those that it is a corner of.
+    /// A point in space with a normal, such as a vertex: its rays avoid no triangle but those that it is a
+    /// corner of.
     pub(super) fn free(point: Vec3, normal: Vec3) -> Self {
         Self { point, face: Vec3::ZERO, normal, triangle: 0, error: 0.0 }
     }
@@ -59,9 +61,9 @@ impl Place {
         Self { face: -self.face, normal: -self.normal, ..self }
     }
 
-    /// A ray from the point that cannot meet its triangle: the origin is moved off the plane by as much as rounding can
-    /// have moved it there, to the side that `direction` goes to, and each coordinate is rounded outward (Pharr, Jakob
-    /// and Humphreys, Physically Based Rendering, §6.8).
+    /// A ray from the point that cannot meet its triangle: the origin is moved off the plane by as much as
+    /// rounding can have moved it there, to the side that `direction` goes to, and each coordinate is rounded
+    /// outward (Pharr, Jakob and Humphreys, Physically Based Rendering, §6.8).
     #[inline]
     pub(super) fn ray(&self, direction: Vec3) -> Ray {
         Ray::new(self.origin(direction), direction)

@@ -1,6 +1,7 @@
 //! What a stopped estimate goes on from: a file with the sums so far, and of which scene they are.
 //!
-//! One line of JSON, then for each pixel six `f64`, little-endian: the sums of R, G, B and those of their squares.
+//! One line of JSON, then for each pixel six `f64`, little-endian: the sums of R, G, B and those of their
+//! squares.
 
 use super::Sums;
 use crate::Error;
@@ -45,7 +46,8 @@ impl Identity {
     /// The sums of `count` pixels that [`Self::write`] wrote.
     ///
     /// # Errors
-    /// Bytes that are no state or are damaged, and the sums of another scene or other settings: what differs is named.
+    /// Bytes that are no state or are damaged, and the sums of another scene or other settings: what differs
+    /// is named.
     pub fn parse(&self, bytes: &[u8], count: usize) -> Result<Sums, Error> {
         let length = count * 48;
         let refused = |what: String| Err(Error::new(what).remedy(ANEW));

@@ -13,8 +13,8 @@ const BLOCK: usize = 64 * RUN;
 /// The seed of every random number.
 const SEED: u64 = 0x7472_7574_6800; // "truth"
 
-/// Sums and sums of squares of the first samples of each element, each added in the order of the samples, in `f64`: they
-/// do not depend on threads, nor on where the work was divided.
+/// Sums and sums of squares of the first samples of each element, each added in the order of the samples, in
+/// `f64`: they do not depend on threads, nor on where the work was divided.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sums {
     /// Samples that each element has.
@@ -29,8 +29,8 @@ impl Sums {
         Self { samples: 0, values: vec![[0.0; 6]; count] }
     }
 
-    /// Adds samples until each element has `samples`: `of(element)` is what draws one of its samples. `told` is told now
-    /// and then how many elements have them.
+    /// Adds samples until each element has `samples`: `of(element)` is what draws one of its samples. `told`
+    /// is told now and then how many elements have them.
     pub fn advance<S: Fn(&mut Sample) -> Vec3>(
         &mut self,
         samples: u64,
@@ -63,7 +63,8 @@ impl Sums {
         [0, 1, 2].map(|channel| self.values[element][channel] / self.samples as f64)
     }
 
-    /// The variance of [`Self::mean`], RGB: the unbiased variance of the samples over their number. It needs two samples.
+    /// The variance of [`Self::mean`], RGB: the unbiased variance of the samples over their number. It needs
+    /// two samples.
     pub fn variance(&self, element: usize) -> [f64; 3] {
         let count = self.samples as f64;
         [0, 1, 2].map(|channel| {

@@ -1,17 +1,21 @@
-//! Light in a homogeneous medium behind a smooth dielectric boundary: a walk from the eye into the medium and out again.
+//! Light in a homogeneous medium behind a smooth dielectric boundary: a walk from the eye into the medium and
+//! out again.
 //!
-//! The radiative transfer equation (Chandrasekhar 1950) with σs, σa and Henyey and Greenstein's phase function (1941) inside
-//! the mesh, Fresnel's equations and Snell's law on its triangles; the boundary is the mesh as it is, without interpolated
-//! normals, so that no light is lost. A path ends in an environment when it leaves for good: radiance changes by η² on the
-//! way in and back on the way out, so the factor never shows.
+//! Inside the mesh this is the radiative transfer equation (Chandrasekhar 1950) with σs, σa and Henyey and
+//! Greenstein's phase function (1941), on its triangles Fresnel's equations and Snell's law. The boundary is
+//! the mesh as it is, without interpolated normals, so that no light is lost. A path that leaves for good
+//! ends in the environment. Radiance changes by η² on the way in and back on the way out, so the factor
+//! cancels.
 //!
-//! One walk serves all three colours. Its free paths are drawn for one channel, chosen with equal chance; with f_j the
-//! path's measure in channel j and p_k its density had channel k been chosen, channel j is weighted by 3 f_j / Σ p_k: the
-//! balance heuristic over whole paths (hero wavelengths, Wilkie et al. 2014), which is never above 3. Walks end by chance,
-//! in p_k too, once absorption has left little.
+//! One walk serves all three colours. Its free paths are drawn for one channel, the *hero*, chosen with equal
+//! chance. Let f_j be the path's measure in channel j, and p_k its density had channel k been chosen. Channel
+//! j is then weighted by 3 f_j / Σ p_k: the balance heuristic over whole paths (hero wavelengths, Wilkie et
+//! al. 2014), which is never above 3. Once absorption has left little, walks end by chance (Russian
+//! roulette), which p_k includes.
 //!
-//! A point or a direction cannot be met by chance, nor joined to a point inside through a boundary that refracts. Where η
-//! is 1 it does not: then such lights are joined to every point of scattering by a straight ray.
+//! A light that is a point or a direction cannot be met by chance, nor be joined to a point inside through a
+//! boundary that refracts. Where η is 1 the boundary does not refract: then such lights are joined to every
+//! point of scattering by a straight ray.
 
 use super::boundary::{fresnel, mirror, refract};
 use super::path::arriving;
@@ -29,7 +33,8 @@ use crate::world::mesh::Bounds;
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// The part of the light below which a walk may end by chance, and what a walk that goes on then counts as.
+/// The part of the light below which a walk may end by chance, and the part that a walk which then goes on
+/// counts as.
 const LITTLE: [f64; 2] = [0.25, 0.5];
 
 /// A medium as a random walk sees it.
@@ -62,7 +67,8 @@ impl Volume {
     }
 }
 
-/// Henyey and Greenstein's phase function at a cosine between the directions of travel before and after, per steradian.
+/// Henyey and Greenstein's phase function at a cosine between the directions of travel before and after, per
+/// steradian.
 pub fn henyey_greenstein(g: f32, cosine: f32) -> f32 {
     let d = 1.0 + g * g - 2.0 * g * cosine;
     (1.0 - g * g) / (4.0 * PI * d * d.sqrt())
@@ -82,10 +88,10 @@ pub fn scatter(g: f32, direction: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     x * around.x + y * around.y + direction * around.z
 }
 
-/// A path's measure f and densities p, each channel's over the density of the channel that draws.
+/// A path's measure f and densities p, each divided by the hero's density.
 struct Path<'a> {
     volume: &'a Volume,
-    /// σt of the channel that draws.
+    /// σt of the hero.
     drawn: f32,
     hero: usize,
     /// σt of each channel less the hero's.
@@ -114,8 +120,8 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// The path goes `length` through the medium. No power overflows: no length that is drawn exceeds 17 of the hero's mean
-    /// free paths.
+    /// The path goes `length` through the medium. No power overflows, since no length that is drawn exceeds
+    /// 17 of the hero's mean free paths.
     fn cross(&mut self, length: f32) {
         for channel in 0..3 {
             if self.beyond[channel] != 0.0 {
@@ -163,11 +169,11 @@ impl<'a> Path<'a> {
     }
 }
 
-/// Refuses what a walk cannot find.
+/// Refuses scenes that walks cannot render.
 ///
 /// # Errors
-/// A medium without scattering and absorption in some channel, a mesh that is not closed, and with η ≠ 1 a light that is
-/// a point or a direction.
+/// A medium without scattering and absorption in some channel, a mesh that is not closed, and with η ≠ 1 a
+/// light that is a point or a direction.
 pub(super) fn check(scene: &Estimator, volume: &Volume) -> Result<(), Error> {
     if !(0..3).all(|channel| volume.extinction(channel) > 0.0) {
         return Err(Error::new("the medium neither scatters nor absorbs in some channel")
@@ -190,7 +196,8 @@ pub(super) fn check(scene: &Estimator, volume: &Volume) -> Result<(), Error> {
     Ok(())
 }
 
-/// One sample of the radiance that leaves the boundary at `place` towards the unit vector `eye`; the eye is outside.
+/// One sample of the radiance that leaves the boundary at `place` towards the unit vector `eye`; the eye is
+/// outside.
 pub(super) fn seen(scene: &Estimator, volume: &Volume, place: Place, eye: Vec3, random: &mut Sample) -> Vec3 {
     let bounds = scene.bounds;
     let mut path = Path::new(volume, random);
@@ -228,7 +235,8 @@ fn outside(scene: &Estimator, place: &Place, direction: Vec3) -> Option<Place> {
     Some(Place::new(&scene.mesh, &scene.bvh, &hit, Normals::Face))
 }
 
-/// Walks from a place of the boundary inward until the path leaves: where, and in which direction. None where it ends.
+/// Walks from a place of the boundary inward until the path leaves: where, and in which direction. None where
+/// it ends.
 fn inside(
     scene: &Estimator,
     path: &mut Path<'_>,
@@ -251,8 +259,8 @@ fn inside(
             let point = ray.at(free);
             path.cross(free);
             path.scatter();
-            // Out of the box only where a ray has slipped out by rounding: in a point of measure 0 that a walk without
-            // end would not come back from.
+            // A point is out of the box only where a ray has slipped out by rounding, in a point of
+            // measure 0. Its walk would never end.
             let within = point.cmpge(bounds.low).all() && point.cmple(bounds.high).all();
             if !within || !path.survives(random) {
                 return None;

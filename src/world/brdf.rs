@@ -1,5 +1,5 @@
-//! How a surface reflects: diffuse, Phong and Cook-Torrance, in the local frame whose z axis is the normal; and
-//! directions drawn in proportion to that.
+//! How a surface reflects: diffuse, Phong and Cook-Torrance, in the local frame whose z axis is the normal;
+//! and the drawing of directions in proportion to that.
 
 use crate::numeric::order::{clamp, max, min};
 use crate::numeric::single;
@@ -13,13 +13,14 @@ use std::f32::consts::{FRAC_1_PI, PI};
 pub enum Gloss {
     /// No highlight.
     None,
-    /// (e + 2) / 2π · cosᵉ α about the mirror direction (Phong 1975, normalised after Lafortune and Willems 1994).
+    /// (e + 2) / 2π · cosᵉ α about the mirror direction (Phong 1975, normalised after Lafortune and Willems
+    /// 1994).
     Phong {
         /// e, at least 0.
         exponent: f32,
     },
-    /// D F G / (4 cos θᵢ cos θₒ) (Cook and Torrance 1982): Beckmann's distribution D, their V-grooves G, Schlick's F from
-    /// the highlight's colour at normal incidence.
+    /// D F G / (4 cos θᵢ cos θₒ) (Cook and Torrance 1982): Beckmann's distribution D, their V-grooves G,
+    /// Schlick's F from the highlight's colour at normal incidence.
     CookTorrance {
         /// Root mean square slope m of the facets, above 0.
         roughness: f32,
@@ -38,8 +39,8 @@ pub struct Brdf {
 }
 
 impl Brdf {
-    /// The value for light that comes from `light` and leaves towards `eye`, unit vectors in the local frame; 0 where one
-    /// of them is not above the surface.
+    /// The value for light that comes from `light` and leaves towards `eye`, unit vectors in the local frame;
+    /// 0 where one of them is not above the surface.
     pub fn value(&self, light: Vec3, eye: Vec3) -> Vec3 {
         if light.z <= 0.0 || eye.z <= 0.0 {
             return Vec3::ZERO;
@@ -65,11 +66,12 @@ impl Brdf {
         }
     }
 
-    /// Draws a direction towards the light from three uniform numbers, with the density [`Self::pdf`]; none where it is not
-    /// above the surface.
+    /// Draws a direction towards the light from three uniform numbers, with the density [`Self::pdf`]; none
+    /// where it is not above the surface.
     ///
-    /// The diffuse part draws with the cosine, Phong's from its lobe about the mirror direction, and Cook-Torrance's the
-    /// facet's normal from Beckmann's distribution (Walter et al. 2007, Eq. 28 and 29).
+    /// The diffuse part draws by the cosine, and Phong's highlight from its lobe about the mirror direction.
+    /// Cook-Torrance's draws the facet's normal from Beckmann's distribution (Walter et al. 2007, Eq. 28 and
+    /// 29).
     pub fn sample(&self, eye: Vec3, choice: f32, [u, v]: [f32; 2]) -> Option<Vec3> {
         let light = match self.gloss {
             Gloss::Phong { exponent } if choice >= self.diffuse_share() => {
@@ -110,8 +112,9 @@ impl Brdf {
         }
     }
 
-    /// The part of the draws that the diffuse part makes: its part of the two colours, at least a tenth, and at most nine
-    /// where there is a highlight (a Cook-Torrance one of no colour still reflects at grazing angles).
+    /// The share of the draws that the diffuse part makes: its share of the two colours, at least a tenth.
+    /// Where there is a highlight it is at most nine tenths (a Cook-Torrance one of no colour still reflects
+    /// at grazing angles).
     fn diffuse_share(&self) -> f32 {
         if self.gloss == Gloss::None {
             return 1.0;

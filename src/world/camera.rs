@@ -18,18 +18,19 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Tangents of half the horizontal and the vertical angle of an image of `width` × `height` square pixels.
+    /// Tangents of half the horizontal and the vertical angle of an image of `width` × `height` square
+    /// pixels.
     pub fn tangents(&self, width: usize, height: usize) -> [f32; 2] {
         let vertical = double::tan(f64::from(self.fov) * (std::f64::consts::PI / 360.0)) as f32;
         [vertical * (width as f32 / height as f32), vertical]
     }
 
-    /// A distance of the near plane that cuts nothing of a box ahead of the camera; a thousandth of its radius
-    /// where the camera is inside or beside it.
+    /// A distance of the near plane that cuts nothing of a box ahead of the camera; a thousandth of its
+    /// radius where the camera is inside or beside it.
     pub fn near(&self, bounds: &Bounds) -> f32 {
         let (center, half) = (bounds.center(), bounds.half_extents());
         let forward = (self.target - self.position).normalize();
-        // The support of the box against the viewing direction.
+        // How far ahead the nearest corner of the box is.
         let nearest = (center - self.position).dot(forward) - half.dot(forward.abs());
         if nearest > 0.0 { nearest * 0.99 } else { half.length() * 1e-3 }
     }

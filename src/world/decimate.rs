@@ -1,20 +1,22 @@
-//! Fewer triangles: edges are collapsed into points, the least quadric error first, after Garland and Heckbert,
-//! "Surface Simplification Using Quadric Error Metrics", 1997.
+//! Fewer triangles: edges are collapsed into points, the least quadric error first, after Garland and
+//! Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997.
 //!
-//! The error of a point is the sum of its squared distances from the planes of the triangles that it stands for, each
-//! by its area. All is `+ − × ÷ √` in `f64`, points are rounded to `f32` before they are judged, and the order of
-//! collapses is total: error, then the two vertices. So the same mesh gives the same bits, and fewer triangles are what
-//! more would become.
+//! The error of a point is the sum of its squared distances from the planes of the triangles that it stands
+//! for, each weighted by the triangle's area. All is `+ − × ÷ √` in `f64`, points are rounded to `f32` before
+//! they are judged, and the order of collapses is total: error, then the two vertices. So the same mesh gives
+//! the same bits, and a mesh of fewer triangles is what one of more would become.
 //!
-//! - Vertices in one place are one, as in [`Facts`](super::mesh::Facts); unused ones go, and so do triangles with two
-//!   corners in one place. What stays keeps the mesh's order.
-//! - The surface keeps its kind: pieces, handles and holes stay (the link condition), so a closed solid stays closed.
+//! - Vertices in one place are one, as in [`Facts`](super::mesh::Facts); unused ones go, and so do triangles
+//!   with two corners in one place. What stays keeps the mesh's order.
+//! - The surface keeps its kind: pieces, handles and holes stay (the link condition), so a closed solid stays
+//!   closed.
 //! - No vertex moves into another's place, where the two would be one.
-//! - No triangle turns by more than 78° in one collapse, and none loses its area. One that has none from the start
-//!   weighs nothing.
-//! - A boundary weighs [`BOUNDARY`] times its length squared, as planes through its edges upright on the surface.
+//! - No triangle turns by more than 78° in one collapse, and none loses its area. One that has none from the
+//!   start weighs nothing.
+//! - A boundary counts as planes through its edges, upright on the surface, each with the weight [`BOUNDARY`]
+//!   times the edge's length squared.
 //! - Vertices of edges with more than two triangles stay where they are; others may be collapsed into them.
-//! - On flat parts every error is 0 or rounding: there short edges go first, by [`SHAPE`].
+//! - On flat parts every error is 0 or rounding. There short edges go first, by [`SHAPE`].
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -25,17 +27,20 @@ use super::mesh::{Mesh, doubled_area, first_equal, in_range, key};
 use crate::Error;
 use crate::numeric::order::max;
 
-/// The weight of a boundary's plane, by the square of the edge: what a triangle's plane has by its area.
+/// The weight of a boundary's plane, times the square of its edge. The weight of a triangle's plane is its
+/// area.
 pub const BOUNDARY: f64 = 100.0;
 
-/// The part of an edge's squared length that counts as error: a thousandth of its length is no distance.
+/// The part of an edge's squared length that counts as error, as if a point were off by a thousandth of the
+/// edge's length.
 pub const SHAPE: f64 = 1e-6;
 
 /// The cosine of the largest turn of a triangle.
 const TURN: f64 = 0.2;
 
-/// `mesh` with at most `most` triangles: as it is where it has no more, else with `most` or one fewer (triangles with
-/// two corners in one place gone before that). The normals of what was decimated are computed, not interpolated.
+/// `mesh` with at most `most` triangles: as it is where it has no more, else with `most` or one fewer
+/// (triangles with two corners in one place go before that). The normals of what was decimated are computed,
+/// not interpolated.
 ///
 /// # Errors
 /// Where no further edge can go without a fold or a tear, naming how many triangles there are then.
@@ -50,7 +55,7 @@ pub fn decimate(mesh: Mesh, most: usize) -> Result<Mesh, Error> {
         if surface.living <= most {
             return surface.into_mesh();
         }
-        // What was refused may have become possible by its neighbours' change.
+        // A collapse that was refused may have become possible, since its neighbours changed.
         if surface.living == before {
             return Err(Error::new(format!(
                 "the mesh cannot have fewer than {} triangles without a fold or a tear",
@@ -72,7 +77,7 @@ struct Quadric {
 impl Quadric {
     const NONE: Self = Self { a: DMat3::ZERO, b: DVec3::ZERO, c: 0.0 };
 
-    /// That of the plane through `point` with a unit `normal`.
+    /// The squared distance from the plane through `point` with a unit `normal`.
     fn plane(normal: DVec3, point: DVec3, weight: f64) -> Self {
         let (scaled, distance) = (normal * weight, -normal.dot(point));
         let a = DMat3::from_cols(scaled * normal.x, scaled * normal.y, scaled * normal.z);
@@ -87,13 +92,13 @@ impl Quadric {
         p.dot(self.a * p) + 2.0 * self.b.dot(p) + self.c
     }
 
-    /// The sum of the weights: each plane's matrix has its weight for a trace.
+    /// The sum of the weights, since the trace of each plane's matrix is its weight.
     fn weight(&self) -> f64 {
         self.a.x_axis.x + self.a.y_axis.y + self.a.z_axis.z
     }
 
-    /// Where the error is least; none where that is a line, a plane or everywhere, or nearly, or farther than `reach`
-    /// from `near`.
+    /// Where the error is least; none where that is a line, a plane or everywhere, or nearly, or farther than
+    /// `reach` from `near`.
     fn least(&self, near: DVec3, reach: f64) -> Option<DVec3> {
         let [x, y, z] = [self.a.x_axis, self.a.y_axis, self.a.z_axis];
         let adjugate = [y.cross(z), z.cross(x), x.cross(y)]; // of a symmetric matrix: rows are columns
@@ -107,20 +112,21 @@ impl Quadric {
     }
 }
 
-/// Ways to collapse an edge: the error, in the order of its bits, and the point; `u64::MAX` for none.
+/// Ways to collapse an edge: the bits of the error, which order as the error does, and the point. `u64::MAX`
+/// where there is no way.
 type Ways = [(u64, Vec3); 4];
 
-/// An edge that may go: error, lower and higher vertex, which of its ways, and the sum of the vertices' versions, by
-/// which an edge that has changed since is told.
+/// An edge that may go: error, lower and higher vertex, which of its ways, and the sum of the vertices'
+/// versions, which tells whether the edge has changed since.
 type Candidate = Reverse<(u64, u32, u32, usize, u64)>;
 
 /// A mesh that loses edges.
 struct Surface {
     positions: Vec<Vec3>,
-    /// Where vertices are.
+    /// The places of vertices, as keys.
     places: BTreeSet<[u32; 3]>,
     quadrics: Vec<Quadric>,
-    /// Living ones, and in their places those that are gone.
+    /// All triangles, those that are gone included.
     triangles: Vec<[u32; 3]>,
     gone: Vec<bool>,
     living: usize,
@@ -188,7 +194,7 @@ impl Surface {
         (length > 0.0).then(|| (doubled / length, 0.5 * length))
     }
 
-    /// Adds the plane through the first of `vertices` to all of them.
+    /// Adds the plane through the first of `vertices` to the errors of all of them.
     fn weigh(&mut self, vertices: &[u32], normal: DVec3, weight: f64) {
         let plane = Quadric::plane(normal, self.point(vertices[0]), weight);
         vertices.iter().for_each(|&vertex| self.quadrics[vertex as usize].add(&plane));
@@ -257,7 +263,7 @@ impl Surface {
         }
     }
 
-    /// The least point, the middle and the ends, by error.
+    /// To the point of least error, the middle or the ends, in the order of their errors.
     fn ways(&self, a: u32, b: u32) -> Ways {
         let mut quadric = self.quadrics[a as usize];
         quadric.add(&self.quadrics[b as usize]);
@@ -267,7 +273,7 @@ impl Surface {
         let way = |point: Option<DVec3>, allowed: bool| {
             let point = point.filter(|_| allowed).map(|point| point.as_vec3());
             point.filter(|&point| in_range(point)).map_or((u64::MAX, Vec3::ZERO), |point| {
-                // Not negative, so in the order of its bits.
+                // Not negative, so its bits order as it does.
                 ((max(0.0, quadric.error(DVec3::from(point))) + shape).to_bits(), point)
             })
         };
@@ -282,14 +288,16 @@ impl Surface {
         ways
     }
 
-    /// The link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999): what is next to both ends is next to the edge.
-    /// The rim, which is boundaries and locked edges, counts as a vertex next to all that is on it.
+    /// The link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999): a neighbour of both ends is one of the
+    /// edge. The rim, which is boundaries and locked edges, counts as one more vertex, a neighbour of all
+    /// that are on it.
     fn keeps_its_kind(&self, a: u32, b: u32) -> bool {
         let thirds: Vec<u32> = self.shared(a, b).map(|(_, third)| third).collect();
         let theirs = self.neighbours(b);
         let common = self.neighbours(a).into_iter().filter(|one| theirs.binary_search(one).is_ok()).count();
         let triangle = |a, b, c| self.shared(a, b).any(|(_, third)| third == c);
-        // Two edges become one, which is of the rim as the other of them was.
+        // Two edges become one. At least one of them must be inside: the new edge is then on the rim if the
+        // other was.
         let inner = |a, b| self.shared(a, b).count() == 2;
         common == thirds.len()
             && thirds.iter().all(|&third| inner(a, third) || inner(b, third))
@@ -309,7 +317,8 @@ impl Surface {
         !own && self.places.contains(&key(point))
     }
 
-    /// Whether a triangle of `vertex` that is not one of `other` folds, or loses its area, if `vertex` moves to `point`.
+    /// Whether a triangle of `vertex` that is not one of `other` folds, or loses its area, if `vertex` moves
+    /// to `point`.
     fn folds(&self, vertex: u32, other: u32, point: Vec3) -> bool {
         self.around[vertex as usize].iter().any(|&index| {
             let corners = self.triangles[index as usize];

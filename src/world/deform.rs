@@ -1,8 +1,9 @@
-//! Solids that move: the sine deformer of fig. 12 (Banterle and Chalmers), and a bend, whose swing gives a range of
-//! poses without a skeleton.
+//! Solids that move: the sine deformer of fig. 12 (Banterle and Chalmers), and a bend, whose swing gives a
+//! range of poses without a skeleton.
 //!
-//! The paper calls the first it "a function of time and z coordinate" and says no more. Here a transverse wave runs along z and
-//! displaces x, which leaves volumes as they are (the Jacobian's determinant is 1) and has normals in closed form.
+//! The paper calls the deformer "a function of time and z coordinate" and says no more. Here a transverse
+//! wave runs along z and displaces x. It leaves volumes as they are (the Jacobian's determinant is 1) and has
+//! normals in closed form.
 
 use super::mesh::Mesh;
 use crate::Error;
@@ -41,8 +42,8 @@ impl Wave {
         Mesh::new(positions, Some(normals), solid.triangles.clone())
     }
 
-    /// A vertex and its unit normal, deformed. The map's Jacobian has a 1 at each place of the diagonal and the slope
-    /// s = ∂x′/∂z beside it; its inverse transpose takes (x, y, z) to (x, y, z − s x).
+    /// A vertex and its unit normal, deformed. The map's Jacobian has a 1 at each place of the diagonal and
+    /// the slope s = ∂x′/∂z beside it; its inverse transpose takes (x, y, z) to (x, y, z − s x).
     #[inline(always)]
     fn vertex(&self, position: Vec3, normal: Vec3, time: f64) -> (Vec3, Vec3) {
         let (sin, cos) = sin_cos(f64::from(position.z) / self.length + time / self.period);
@@ -58,9 +59,9 @@ impl Wave {
 
 /// Bends what stands along y into an arc of constant curvature κ in the plane of x and y.
 ///
-/// With s = y − root and φ = κ s, the line of centres x = 0 becomes ((1 − cos φ) / κ, root + sin φ / κ), and a point at x
-/// stays that far from it, across: x′ = (1 − cos φ) / κ + x cos φ, y′ = root + sin φ / κ − x sin φ, z′ = z. Below the root
-/// it bends to the same side. κ(t) = angle / length · sin 2πt / period.
+/// With s = y − root and φ = κ s, the line of centres x = 0 becomes ((1 − cos φ) / κ, root + sin φ / κ), and
+/// a point at x stays that far from it, across: x′ = (1 − cos φ) / κ + x cos φ, y′ = root + sin φ / κ − x sin
+/// φ, z′ = z. Below the root it bends to the same side. κ(t) = angle / length · sin 2πt / period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bend {
     /// Degrees by which `length` is turned at the height of the swing; 0 leaves a solid as it is, to the bit.
@@ -77,8 +78,8 @@ impl Bend {
     /// The solid as it is bent at `time`, in seconds.
     ///
     /// # Errors
-    /// Where a vertex lies beyond the centre of the arc, so that the solid would be turned inside out there, and where
-    /// one leaves the range of coordinates.
+    /// Where a vertex lies beyond the centre of the arc, so that the solid would be turned inside out there,
+    /// and where one leaves the range of coordinates.
     pub fn apply(&self, solid: &Mesh, time: f64) -> Result<Mesh, Error> {
         let curvature = self.angle * (TAU / 360.0) / self.length * sin_cos(time / self.period).0;
         if self.angle == 0.0 {
@@ -97,13 +98,14 @@ impl Bend {
         Mesh::new(positions, Some(normals), solid.triangles.clone())
     }
 
-    /// A vertex and its unit normal, bent. The map turns by φ and stretches along the arc by 1 − κx, so the normal's part
-    /// along the arc shrinks by that.
+    /// A vertex and its unit normal, bent. The map turns by φ and stretches along the arc by 1 − κx, so the
+    /// normal's part along the arc shrinks by that.
     fn vertex(&self, position: Vec3, normal: Vec3, curvature: f64) -> (Vec3, Vec3) {
         let [x, s] = [f64::from(position.x), f64::from(position.y) - self.root];
         let phi = curvature * s;
         let (sin, cos) = (double::sin(phi), double::cos(phi));
-        // sin φ / κ = s sin φ / φ, and (1 − cos φ) / κ = s sin²(φ/2) / (φ/2): good at no curvature too.
+        // sin φ / κ = s sin φ / φ, and (1 − cos φ) / κ = s sin²(φ/2) / (φ/2): which also hold without
+        // curvature.
         let ratio = |angle: f64| if angle == 0.0 { 1.0 } else { double::sin(angle) / angle };
         let (along, across) = (s * ratio(phi), s * ratio(0.5 * phi) * double::sin(0.5 * phi));
         let bent = Vec3::new((across + x * cos) as f32, (self.root + along - x * sin) as f32, position.z);
@@ -112,7 +114,7 @@ impl Bend {
             [f64::from(normal.x) * stretch, f64::from(normal.y), f64::from(normal.z) * stretch];
         let turned = [nx * cos + ny * sin, ny * cos - nx * sin, nz];
         let length = (turned[0] * turned[0] + turned[1] * turned[1] + nz * nz).sqrt();
-        // A normal of no length (corners that cancel) stays one.
+        // A normal of length 0, where corners cancel, stays 0.
         let shrunk = if length > 0.0 { 1.0 / length } else { 0.0 };
         (bent, Vec3::from_array(turned.map(|value| (value * shrunk) as f32)))
     }

@@ -71,8 +71,8 @@ pub struct Casting {
 }
 
 impl Casting {
-    /// The unit direction from `point` towards the light, and the irradiance there of a surface that faces it; both
-    /// zero for an environment, and at the light's own position.
+    /// The unit direction from `point` towards the light, and the irradiance there of a surface that faces
+    /// it; both zero for an environment, and at the light's own position.
     #[inline(always)]
     pub fn arriving(&self, point: Vec3) -> (Vec3, Vec3) {
         let to = self.position - point;

@@ -5,8 +5,8 @@ use crate::numeric::double;
 use crate::numeric::order::{clamp, max};
 use crate::numeric::single::exp;
 
-/// Name, reduced scattering coefficient σs', absorption coefficient σa (both RGB, per millimetre) and index of
-/// refraction η of the materials measured by Jensen et al. 2001, their figure 5; η as that paper takes it.
+/// Name, reduced scattering coefficient σs', absorption coefficient σa (both RGB, per millimetre) and index
+/// of refraction η of the materials measured by Jensen et al. 2001, their figure 5; η as that paper takes it.
 pub const JENSEN_2001: [(&str, [f32; 3], [f32; 3], f32); 12] = [
     ("Apple", [2.29, 2.39, 1.97], [0.0030, 0.0034, 0.046], 1.3),
     ("Chicken1", [0.15, 0.21, 0.38], [0.015, 0.077, 0.19], 1.3),
@@ -36,8 +36,8 @@ pub struct Dipole {
 }
 
 impl Dipole {
-    /// The dipole of reduced scattering σs', absorption σa (per unit) and index of refraction η, after Jensen et
-    /// al. 2001: A = (1 + F_dr) / (1 − F_dr), F_dr = −1.440/η² + 0.710/η + 0.668 + 0.0636 η.
+    /// The dipole of reduced scattering σs', absorption σa (per unit) and index of refraction η, after Jensen
+    /// et al. 2001: A = (1 + F_dr) / (1 − F_dr), F_dr = −1.440/η² + 0.710/η + 0.668 + 0.0636 η.
     pub fn new(scattering: f64, absorption: f64, eta: f64) -> Self {
         let reduced = scattering + absorption;
         let diffuse_fresnel = -1.440 / (eta * eta) + 0.710 / eta + 0.668 + 0.0636 * eta;
@@ -70,16 +70,16 @@ impl Dipole {
     /// The attenuation of Banterle and Chalmers, Eq. 12, to the letter, at thickness `d` > 0:
     /// (σ_tr d + 1) e^(−σ_tr d) / (σ'_t d³), per squared unit of length.
     ///
-    /// It has neither the kernel's albedo and 1/4π nor its virtual source, and d itself where the kernel has the
-    /// distance from the source, so it diverges at 0 (errata T3, T11).
+    /// It has neither the kernel's albedo and 1/4π nor its virtual source, and d itself where the kernel has
+    /// the distance from the source, so it diverges at 0 (errata T3, T11).
     #[inline(always)]
     pub fn as_printed(&self, d: f32) -> f32 {
         let x = self.extinction * d;
         self.real * ((x + 1.0) * exp(-x) / (d * d * d))
     }
 
-    /// The kernel integrated over a plane at distance `d`: the fraction of an even irradiance on one side of a
-    /// wall that leaves on the other; [`Self::reflectance`] at d = 0. A number without a unit.
+    /// The kernel integrated over a plane at distance `d`: the fraction of an even irradiance on one side of
+    /// a wall that leaves on the other; [`Self::reflectance`] at d = 0. A number without a unit.
     ///
     /// ∫ R_d(√(ρ² + d²)) 2πρ dρ has a closed form, since e^(−σs)/s is the antiderivative of the kernel in s.
     #[inline(always)]

@@ -71,8 +71,8 @@ pub struct Facts {
     pub bounds: Bounds,
     /// Surface area, in the square of the scene's unit.
     pub area: f64,
-    /// Enclosed volume, in the cube of the scene's unit: negative if the triangles face inward. Of an open mesh,
-    /// the volume of the cone from its rim to the centre of the bounds is included.
+    /// Enclosed volume, in the cube of the scene's unit: negative if the triangles face inward. Of an open
+    /// mesh, the volume of the cone from its rim to the centre of the bounds is included.
     pub signed_volume: f64,
 }
 
@@ -295,12 +295,12 @@ impl Bounds {
     }
 }
 
-/// Bits by which equal values are told; −0 equals +0.
+/// Bits that equal values have in common; −0 equals +0.
 pub(super) fn key(value: Vec3) -> [u32; 3] {
     (value + Vec3::ZERO).to_array().map(f32::to_bits)
 }
 
-/// For each value the lowest index that holds an equal one.
+/// For each value the lowest index of an equal one.
 pub(super) fn first_equal(values: &[Vec3]) -> Vec<u32> {
     let mut keyed: Vec<([u32; 3], u32)> = (0u32..).zip(values).map(|(i, &v)| (key(v), i)).collect();
     keyed.sort_unstable();

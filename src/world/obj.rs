@@ -1,15 +1,15 @@
 //! Wavefront OBJ files: their polygons, as one mesh. The parser is tobj.
 //!
-//! tobj is handed only what makes a mesh: the coordinates of `v` and `vn`, and `f`. Materials, groups, objects,
-//! texture coordinates, lines, curves, colours and comments are left out, so no other file is opened and the
-//! whole file is one surface. The same walk over the lines refuses what tobj would take in silence or refuse
-//! without a line: an index of 0, a face of two corners, a NaN.
+//! tobj is handed only what makes a mesh: the coordinates of `v` and `vn`, and `f`. Materials, groups,
+//! objects, texture coordinates, lines, curves, colours and comments are left out, so no other file is opened
+//! and the whole file is one surface. The same walk over the lines refuses what tobj would take in silence or
+//! refuse without a line: an index of 0, a face of two corners, a NaN.
 //!
 //! Polygons become fans from their first corner; triangles keep the order of the file. Vertices come in the
-//! order in which faces first use them, and unused ones are dropped. Vertices in one place become one (−0 equals
-//! +0), so computed normals are smooth across groups and texture seams. Where every corner of the file has a
-//! normal, only vertices with equal normals become one, so hard edges stay hard; where some corner has none, all
-//! normals are computed ([`Mesh::new`]). Source: Wavefront, Advanced Visualizer, appendix B1.
+//! order in which faces first use them, and unused ones are dropped. Vertices in one place become one (−0
+//! equals +0), so computed normals are smooth across groups and texture seams. Where every corner of the file
+//! has a normal, only vertices with equal normals become one, so hard edges stay hard; where some corner has
+//! none, all normals are computed ([`Mesh::new`]). Source: Wavefront, Advanced Visualizer, appendix B1.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,13 +28,14 @@ pub(crate) const SHORTER: &str = "simplify the mesh or write fewer decimals";
 /// The mesh of an OBJ file; `name` is the file that errors name.
 ///
 /// Faces must follow the vertices that they name, as they do wherever relative (negative) indices are to have
-/// a meaning. Bytes that are not UTF-8 are accepted where nothing is read, as in comments and names. A file cut
-/// off between two lines, or inside the last number of a face, is a shorter valid file and cannot be told.
+/// a meaning. Bytes that are not UTF-8 are accepted where nothing is read, as in comments and names. A file
+/// cut off between two lines, or inside the last number of a face, is a shorter valid file and cannot be
+/// told.
 ///
 /// # Errors
 /// With the line: a `v`, `vn` or `f` that does not parse, a number that is not finite or beyond
-/// [`MAX_COORDINATE`], a face of fewer than three corners or of vertices or normals that are not above it, more
-/// than [`MAX_TRIANGLES`]. Without: the refusals of [`Mesh::new`].
+/// [`MAX_COORDINATE`], a face of fewer than three corners or of vertices or normals that are not above it,
+/// more than [`MAX_TRIANGLES`]. Without: the refusals of [`Mesh::new`].
 pub fn parse(bytes: &[u8], name: impl AsRef<Path>) -> Result<Mesh, Error> {
     let text = String::from_utf8_lossy(bytes);
     let mut surface = Surface::default();

@@ -8,7 +8,8 @@ use super::mesh::Mesh;
 use glam::Vec3;
 use std::sync::Arc;
 
-/// A solid in its pose, what lights it, and who looks. Solid and environments are shared, so a copy costs little.
+/// A solid in its pose, what lights it, and who looks. Solid and environments are shared, so a copy costs
+/// little.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stage {
     /// The solid, in the scene's unit.

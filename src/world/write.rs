@@ -8,8 +8,8 @@ use glam::Vec3;
 use serde_json::json;
 use std::io::{self, Write};
 
-/// Writes `mesh` as OBJ: `v`, `vn` and `f a//a b//b c//c`, each number as the shortest decimal that is read as
-/// the same `f32`.
+/// Writes `mesh` as OBJ: `v`, `vn` and `f a//a b//b c//c`, each number as the shortest decimal that is read
+/// as the same `f32`.
 ///
 /// # Errors
 /// What the writer refuses.

@@ -29,8 +29,9 @@ fn sky_and_surfaces_share_the_hemisphere() {
     }
 }
 
-/// After k bounces a closed room of emission e and albedo ρ has radiance e (1 − ρ^(k+1))/(1 − ρ). A vertex of a polyhedron has
-/// directions above its horizon and outside of the faces around it; so ρ is less by what little of the sky each sees.
+/// After k bounces a closed room of emission e and albedo ρ has radiance e (1 − ρ^(k+1))/(1 − ρ). A vertex of
+/// a polyhedron has directions above its horizon and outside of the faces around it; so ρ is less by what
+/// little of the sky each sees.
 #[test]
 fn a_closed_room_fills_with_light() {
     let room = inverted(&shapes::sphere(8).unwrap());
@@ -77,7 +78,8 @@ fn a_white_concave_solid_tends_to_the_light_around_it() {
         println!("{bounces:2} bounces: {least:.4} to {most:.4}, {mean:.4} on average");
         assert!(mean > before && most < 1.0 + 1e-6, "{bounces} bounces: {mean} after {before}, {most}");
         before = mean;
-        // Directions that enter between a vertex's horizon and its faces meet the knot from behind: these are lost.
+        // Directions that enter between a vertex's horizon and its faces meet the knot from behind: these are
+        // lost.
         assert!(bounces > 0 || least < 0.6);
         assert!(bounces < 30 || least > 0.95, "{least}");
     }
@@ -101,8 +103,8 @@ fn bounces_are_powers_of_the_albedo() {
     }
 }
 
-/// Two unit squares that face each other at distance 1 exchange 0.199825; from the middle of one, the other fills 0.239 by
-/// the formula of a rectangle's corner.
+/// Two unit squares that face each other at distance 1 exchange 0.199825; from the middle of one, the other
+/// fills 0.239 by the formula of a rectangle's corner.
 #[test]
 fn facing_squares_have_the_known_form_factors() {
     let cells = 8;

@@ -46,7 +46,8 @@ fn inverted(mesh: &Mesh) -> Mesh {
     Mesh::new(mesh.positions.clone(), Some(normals), triangles).unwrap()
 }
 
-/// A square grid of (cells + 1)² vertices about the origin in the plane z = `height`, `side` long, that faces up or down.
+/// A square grid of (cells + 1)² vertices about the origin in the plane z = `height`, `side` long, that faces
+/// up or down.
 fn grid(cells: usize, side: f32, height: f32, up: bool) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let at = |i: usize| side * (i as f32 / cells as f32 - 0.5);
     let positions =

@@ -209,7 +209,8 @@ fn rows_of_sharp_lobes_are_the_integral() {
     }
 }
 
-/// B with more and more bands gives the radiance towards an exit that a sum over the light's directions gives.
+/// B with more and more bands gives the radiance towards an exit that a sum over the light's directions
+/// gives.
 #[test]
 fn a_row_times_the_matrix_shades_as_the_sum_over_directions_does() {
     let (mesh, directions) = (knot(), Directions::new(2048));
@@ -254,8 +255,8 @@ fn a_row_times_the_matrix_shades_as_the_sum_over_directions_does() {
     assert!(errors[0] > errors[1] && errors[1] > errors[2] && errors[2] < 2e-3, "{errors:?}");
 }
 
-/// A turn about the normal of light and exit together changes nothing, so B couples equal orders alone; and it is as the
-/// double sum has it.
+/// A turn about the normal of light and exit together changes nothing, so B couples equal orders alone; and
+/// it is as the double sum has it.
 #[test]
 fn the_brdf_matrix_is_the_double_integral() {
     let glossy = Brdf {

@@ -14,8 +14,8 @@ use glam::Vec3;
 
 const SKIN: ([f32; 3], [f32; 3]) = ([0.74, 0.88, 1.01], [0.032, 0.17, 0.48]);
 
-/// Under even irradiance the middle of a large sheet returns R_d: where the grid resolves the kernel, where its cells are
-/// about one mean free path, and where all stays within a vertex's own disc.
+/// Under even irradiance the middle of a large sheet returns R_d: where the grid resolves the kernel, where
+/// its cells are about one mean free path, and where all stays within a vertex's own disc.
 #[test]
 fn a_flat_sheet_returns_the_total_reflectance() {
     let medium = Medium::new(SKIN.0, SKIN.1, 1.3, 1.0);
@@ -157,7 +157,8 @@ fn what_stands_outside_shadows_single_scattering() {
     assert!(lit > 0.01 && shadowed < 1e-3 * lit, "{shadowed} and {lit}");
 }
 
-/// What forward scattering takes from light that comes from behind the eye it gives to light that comes against it.
+/// What forward scattering takes from light that comes from behind the eye it gives to light that comes
+/// against it.
 #[test]
 fn anisotropy_moves_light_forward() {
     let mesh = bitlight::world::shapes::sphere(6).unwrap();

@@ -1,7 +1,8 @@
 //! Transfer against truth: diffuse shading by vectors beside the path tracer at the same vertices.
 //!
-//! Under the very light that is projected, n bands of it, nothing is truncated: what differs is the tracer's noise, whose
-//! variance is known and taken off, and the sum over directions. Under the whole map the bands that are left out are added.
+//! Under the very light that is projected, n bands of it, nothing is truncated: what differs is the tracer's
+//! noise, whose variance is known and taken off, and the sum over directions. Under the whole map the bands
+//! that are left out are added.
 
 use super::{PI, dot, knot};
 use bitlight::bake::{Directions, Estimate, Visibility, vectors};
@@ -44,7 +45,8 @@ fn truth(mesh: &Mesh, vertices: &[usize], environment: Sky, samples: u64) -> Vec
     (0..vertices.len()).map(|element| [sums.mean(element), sums.variance(element)]).collect()
 }
 
-/// The RMS difference over vertices and channels as a part of the mean radiance, its noise taken off; and the noise.
+/// The RMS difference over vertices and channels as a part of the mean radiance, its noise taken off; and the
+/// noise.
 fn difference(vectors: &[f32], light: &[[f32; 3]], truth: &[[[f64; 3]; 2]]) -> (f64, f64) {
     let (mut square, mut noise, mut mean) = (0.0, 0.0, 0.0);
     for (vector, [radiance, variance]) in vectors.chunks_exact(light.len()).zip(truth) {
@@ -60,7 +62,8 @@ fn difference(vectors: &[f32], light: &[[f32; 3]], truth: &[[[f64; 3]; 2]]) -> (
     ((square - noise).max(0.0).sqrt() / count.sqrt() / mean, (noise / count).sqrt() / mean)
 }
 
-/// Both charts of a mesh: errors under 4 projected bands for each number of directions, and under the map for 1 to 6 bands.
+/// Both charts of a mesh: errors under 4 projected bands for each number of directions, and under the map for
+/// 1 to 6 bands.
 fn chart(mesh: &Mesh, vertices: &[usize], map: &LatLong, counts: &[usize], samples: u64) -> [Vec<f64>; 2] {
     let light = map.project(4);
     let harmonics = Sky::Harmonics { bands: 4, coefficients: light.clone() };
@@ -111,8 +114,9 @@ fn vectors_shade_as_the_path_tracer_does() {
     assert!(by_bands[5] < by_bands[2], "{by_bands:?}");
 }
 
-/// The same of a scan under a probe: `BITLIGHT_MESH=… BITLIGHT_MAP=… cargo test --release --test bake -- --ignored
-/// --nocapture a_scan`, an OBJ and a Radiance file.
+/// The same of a scan under a probe:
+/// `BITLIGHT_MESH=… BITLIGHT_MAP=… cargo test --release --test bake -- --ignored --nocapture a_scan`, an OBJ
+/// and a Radiance file.
 #[test]
 #[ignore = "needs files, and minutes"]
 fn a_scan_under_a_probe() {

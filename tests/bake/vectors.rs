@@ -108,7 +108,8 @@ fn the_plain_sums_error_falls_with_the_directions() {
     }
 }
 
-/// What shadows leave of the control variate's gain: their edges are most of the error of a concave mesh, and no part of it.
+/// What shadows leave of the control variate's gain: their edges are most of the error of a concave mesh, and
+/// no part of it.
 #[test]
 fn the_control_variate_is_no_further_than_the_plain_sum() {
     let mesh = knot();

@@ -45,7 +45,8 @@ fn a_diffuse_vertex_sends_out_transfer_times_light_and_what_was_scattered_apart(
     }
 }
 
-/// Σ over the sphere of what M L makes of light, times the BRDF towards the eye: no exit table, no matrix of the BRDF.
+/// Σ over the sphere of what M L makes of light, times the BRDF towards the eye: no exit table, no matrix of
+/// the BRDF.
 #[test]
 fn a_glossy_vertex_sends_out_what_arrives_times_the_brdf() {
     glossy(&Rendered::new(&["surface.highlight=phong"]), "matrices", 1);
@@ -115,7 +116,8 @@ fn the_picture_is_interpolated_where_a_ray_meets_the_solid() {
             / height as f64;
         let y = (1.0 - 2.0 * ((pixel / width) as f64 + 0.5) / height as f64) * tangent;
         let ray = add(forward, add(scale(x, right), scale(y, up)));
-        // Snapped corners may cover a pixel whose centre just misses: near an edge weights leave 0 to 1 a little.
+        // Snapped corners may cover a pixel whose centre just misses: near an edge weights leave 0 to 1 a
+        // little.
         let triangle = &triangles[seen[pixel] as usize];
         let normal = geometry::face_normal(triangle);
         let t = dot(normal, sub(triangle[0], eye)) / dot(normal, ray);

@@ -1,5 +1,5 @@
-//! The passes of precomputed radiance transfer against the reference crate: the same sums over the same directions, by brute
-//! force in `f64` over all triangles of a small knot.
+//! The passes of precomputed radiance transfer against the reference crate: the same sums over the same
+//! directions, by brute force in `f64` over all triangles of a small knot.
 #![allow(clippy::disallowed_methods, reason = "an oracle may use the standard library")]
 
 mod lit;

@@ -1,5 +1,5 @@
-//! Sizes, places and strengths at the ends of what numbers hold: a finite picture with a solid in it, or an error that
-//! says which key.
+//! Sizes, places and strengths at the ends of what numbers hold: a finite picture with a solid in it, or an
+//! error that says which key.
 
 use super::SCENE;
 use bitlight::pass::{Data, Kept};

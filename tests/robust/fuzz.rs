@@ -1,5 +1,5 @@
-//! Garbage, and valid files that were cut, flipped, shortened and lengthened, for every reader: an error or a valid
-//! object, never a panic, never long. `PROPTEST_CASES=20000` runs more cases than a commit does.
+//! Garbage, and valid files that were cut, flipped, shortened and lengthened, for every reader: an error or a
+//! valid object, never a panic, never long. `PROPTEST_CASES=20000` runs more cases than a commit does.
 
 use bitlight::Error;
 use bitlight::pass::{Buffer, Channel, Data, Layer, exr, npy};

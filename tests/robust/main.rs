@@ -1,5 +1,5 @@
-//! Bad input, extreme input and a refusing system: a clear error or a stated behaviour each; no panic, no hang, no
-//! NaN, no half-written file.
+//! Bad input, extreme input and a refusing system: a clear error or a stated behaviour each; no panic, no
+//! hang, no NaN, no half-written file.
 #![cfg(feature = "cli")]
 
 extern crate exr as exr_files;

@@ -11,8 +11,8 @@ use crate::oracle::Drawn;
 use crate::world::{Rendered, all};
 use crate::{U, Worst, larger};
 
-/// Schlick's transmittance at the recorded cosine times the recorded irradiance. 1 − (F₀ + (1 − F₀) m⁵) has some
-/// eight roundings of numbers up to 1.
+/// Schlick's transmittance at the recorded cosine times the recorded irradiance. 1 − (F₀ + (1 − F₀) m⁵) has
+/// some eight roundings of numbers up to 1.
 #[test]
 fn transmit() {
     for scene in all() {
@@ -36,7 +36,8 @@ fn transmit() {
     }
 }
 
-/// Eq. 6 over all texels; to the letter of Eq. 9 the functions with m < 0 have the other sign (T2). Both sums are in f64, so the only rounding is that of the result.
+/// Eq. 6 over all texels; to the letter of Eq. 9 the functions with m < 0 have the other sign (T2). Both sums
+/// are in f64, so the only rounding is that of the result.
 #[test]
 fn projection() {
     for scene in all() {
@@ -73,7 +74,8 @@ fn projection() {
     }
 }
 
-/// Eq. 11 with the constants of their definitions, or as printed (T1, T9). An entry is a rounded constant times a coefficient, or two of these.
+/// Eq. 11 with the constants of their definitions, or as printed (T1, T9). An entry is a rounded constant
+/// times a coefficient, or two of these.
 #[test]
 fn matrices() {
     for scene in all() {
@@ -101,9 +103,10 @@ fn matrices() {
     }
 }
 
-/// Eq. 10 where the refracted ray leaves the box; to the letter it may be negative. The refracted direction is exact to some [`U`] in each component and
-/// the point of exit to some [`U`] of the box: the tolerance is what that changes, and the rounding of a sum of sixteen. At vertices it is that of the three corners,
-/// and what the rounding of the place on the triangle changes of their mean.
+/// Eq. 10 where the refracted ray leaves the box; to the letter it may be negative. The refracted direction
+/// is exact to some [`U`] in each component and the point of exit to some [`U`] of the box: the tolerance is
+/// what that changes, and the rounding of a sum of sixteen. At vertices it is that of the three corners, and
+/// what the rounding of the place on the triangle changes of their mean.
 #[test]
 fn radiosity() {
     for scene in all() {
@@ -161,7 +164,8 @@ fn radiosity_at(scene: &Rendered, matrix: &[[f64; 4]; 4], point: [f64; 3], norma
     (if scene.world.paper { here } else { larger(here, 0.0) }, tolerance)
 }
 
-/// The radiosity of a triangle's corners at a place of the image, with its tolerance; `at` gives both at a corner.
+/// The radiosity of a triangle's corners at a place of the image, with its tolerance; `at` gives both at a
+/// corner.
 pub(crate) fn interpolated(
     scene: &Rendered,
     drawn: &Drawn<'_>,

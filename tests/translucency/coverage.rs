@@ -1,8 +1,8 @@
 //! Coverage to the pixel, where centres lie on edges.
 //!
-//! The top-left rule is what a sample says that lies a little to the right of the centre, and far less below it: it is
-//! inside across a left edge, outside across a right one, and on a horizontal edge inside only if that is the top.
-//! With whole numbers that little is exact, and it needs no rule.
+//! The top-left rule is what a sample says that lies a little to the right of the centre, and far less below
+//! it: it is inside across a left edge, outside across a right one, and on a horizontal edge inside only if
+//! that is the top. With whole numbers that little is exact, and it needs no rule.
 
 use bitlight::numeric::random::unit;
 use bitlight::raster::{Axes, NONE, View, visibility};
@@ -62,7 +62,8 @@ fn a_centre_on_an_edge_belongs_to_one_side() {
 #[test]
 fn corners_snap_to_the_nearest_step_halves_to_even() {
     let view = view();
-    // A vertical edge in x = 16 + a step's share, just right of the centres of column 15 or left of those of 16.
+    // A vertical edge in x = 16 + a step's share, just right of the centres of column 15 or left of those
+    // of 16.
     for (steps, first) in [(127.5, 16), (128.5, 16), (128.75, 17), (129.5, 17), (127.0, 16), (126.5, 16)] {
         let edge = (steps / 256.0) as f32;
         let corners = [[edge, 20.0], [edge, -20.0], [30.0, 0.0]].map(|[x, y]| Vec3::new(x, y, 0.0));

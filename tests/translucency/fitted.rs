@@ -1,4 +1,5 @@
-//! Shadow maps that just hold the solid: how many texels it covers, and how far recorded distances are from rays.
+//! Shadow maps that just hold the solid: how many texels it covers, and how far recorded distances are from
+//! rays.
 
 use bitlight::pass::Kept;
 use bitlight::run;
@@ -119,8 +120,8 @@ fn first_hit(triangles: &[[Vec3; 3]], origin: Vec3, direction: Vec3) -> f64 {
     nearest
 }
 
-/// The mean difference between the texel at a triangle's middle and the ray from the light through that middle, over all
-/// triangles: what the thickness is made of.
+/// The mean difference between the texel at a triangle's middle and the ray from the light through that
+/// middle, over all triangles: what the thickness is made of.
 fn error(map: &Map, away: Option<f64>) -> f64 {
     let solid = &map.frame.stage.solid;
     let triangles: Vec<[Vec3; 3]> = solid

@@ -1,10 +1,10 @@
-//! An oracle for every pass of the translucency technique: each test takes the recorded inputs of one pass (or the
-//! mesh, for the passes that rasterise) and computes its output again in plain `f64`, with the equations of
-//! `bitlight-reference` and rays instead of a rasterizer. It shares no code with what it tests.
+//! An oracle for every pass of the translucency technique: each test takes the recorded inputs of one pass
+//! (or the mesh, for the passes that rasterise) and computes its output again in plain `f64`, with the
+//! equations of `bitlight-reference` and rays instead of a rasterizer. It shares no code with what it tests.
 //!
-//! Tolerances are first-order bounds on the rounding of `f32` ([`U`] is half a unit in the last place of 1) and,
-//! where pixels are filled, on the snapping of vertices to 1/256 pixel; each test says how its own comes about. A
-//! worst error is reported as a share of its tolerance, with its place.
+//! Tolerances are first-order bounds on the rounding of `f32` ([`U`] is half a unit in the last place of 1)
+//! and, where pixels are filled, on the snapping of vertices to 1/256 pixel; each test says how its own comes
+//! about. A worst error is reported as a share of its tolerance, with its place.
 
 #![expect(clippy::print_stderr, reason = "each test reports the worst error that it found")]
 #![expect(clippy::needless_range_loop, reason = "axes and channels are numbers in the equations")]

@@ -7,8 +7,8 @@ use bitlight_reference::translucency::{eq12_attenuation_as_printed, optics};
 
 use crate::{U, Worst};
 
-/// Dipole, wall, reflectance and transmittance of every material in every unit. e⁻ˣ in f32 has the relative error of
-/// its argument, x times some [`U`]; the rest is some ten operations.
+/// Dipole, wall, reflectance and transmittance of every material in every unit. e⁻ˣ in f32 has the relative
+/// error of its argument, x times some [`U`]; the rest is some ten operations.
 #[test]
 fn every_published_material() {
     let mut worst = Worst::new("medium");
@@ -56,8 +56,8 @@ fn every_published_material() {
     worst.done(1000);
 }
 
-/// The kernel integrated over the plane by quadrature is the total reflectance (0.790960 for marble's green, Jensen et
-/// al. 2001), and over the plane at a distance the wall: neither closed form is asked.
+/// The kernel integrated over the plane by quadrature is the total reflectance (0.790960 for marble's green,
+/// Jensen et al. 2001), and over the plane at a distance the wall: neither closed form is asked.
 #[test]
 fn the_kernel_integrates_to_reflectance_and_wall() {
     let mut worst = Worst::new("kernel by quadrature");

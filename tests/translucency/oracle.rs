@@ -1,10 +1,10 @@
 //! Views in f64, and what a pixel may see.
 //!
-//! A rasterizer that snaps vertices to 1/256 pixel moves each by at most [`SNAP`], and with it every point inside a
-//! triangle by at most that. So a triangle whose every edge is farther than that from a pixel's centre either covers
-//! it for certain or does not, and its depth there is that of the true triangle to within the change of depth
-//! over that distance. What the oracle says of a pixel is the set of triangles that may be nearest under these
-//! bounds: nearly always one.
+//! A rasterizer that snaps vertices to 1/256 pixel moves each by at most [`SNAP`], and with it every point
+//! inside a triangle by at most that. So a triangle whose every edge is farther than that from a pixel's
+//! centre either covers it for certain or does not, and its depth there is that of the true triangle to
+//! within the change of depth over that distance. What the oracle says of a pixel is the set of triangles
+//! that may be nearest under these bounds: nearly always one.
 
 use bitlight_reference::translucency::cube::{Aabb, Face, face_point};
 use bitlight_reference::vector::{Vec3, add, cross, dot, length, normalize, scale, sub};
@@ -12,8 +12,8 @@ use bitlight_reference::vector::{Vec3, add, cross, dot, length, normalize, scale
 use crate::world::World;
 use crate::{U, larger, smaller};
 
-/// How far snapping to 1/256 pixel moves a point: half a step each way, and 10⁻³ pixel for the rounding of `f32`
-/// before it (50 pixels × 2⁻²⁴ × some tens of operations is 10⁻⁴).
+/// How far snapping to 1/256 pixel moves a point: half a step each way, and 10⁻³ pixel for the rounding of
+/// `f32` before it (50 pixels × 2⁻²⁴ × some tens of operations is 10⁻⁴).
 pub(crate) const SNAP: f64 = std::f64::consts::SQRT_2 / 512.0 + 1e-3;
 
 #[derive(Clone)]
@@ -185,8 +185,9 @@ impl View {
         }
     }
 
-    /// How far in pixels the rounding of `f32` may move a point near `point`: its clip coordinates are sums of four
-    /// terms, each with a relative error of some [`U`], of the size of the coordinates in half images.
+    /// How far in pixels the rounding of `f32` may move a point near `point`: its clip coordinates are sums
+    /// of four terms, each with a relative error of some [`U`], of the size of the coordinates in half
+    /// images.
     pub(crate) fn rounding(&self, point: Vec3) -> f64 {
         let by = match self.kind {
             Kind::Perspective { .. } => self.ahead(point),
@@ -287,8 +288,8 @@ impl<'a> Drawn<'a> {
         found
     }
 
-    /// What the pixel whose centre is (`x`, `y`) may see: of all, or of what is `behind` a depth and is none of the
-    /// triangles `but`.
+    /// What the pixel whose centre is (`x`, `y`) may see: of all, or of what is `behind` a depth and is none
+    /// of the triangles `but`.
     pub(crate) fn seen(&self, x: f64, y: f64, behind: Option<(f64, &[usize])>) -> Seen {
         let mut nearest = self.candidates(x, y);
         let mut front = f64::NEG_INFINITY;
@@ -303,7 +304,8 @@ impl<'a> Drawn<'a> {
         Seen { nearest, none: front == f64::NEG_INFINITY }
     }
 
-    /// Whether rays close around a pixel's centre miss: only there may a pixel without a sure triangle be empty.
+    /// Whether rays close around a pixel's centre miss: only there may a pixel without a sure triangle be
+    /// empty.
     pub(crate) fn on_rim(&self, x: f64, y: f64) -> bool {
         (0..8).any(|step| {
             let angle = f64::from(step) * std::f64::consts::FRAC_PI_4;
@@ -315,8 +317,8 @@ impl<'a> Drawn<'a> {
         })
     }
 
-    /// The shares of a triangle's corners at a place of the image, their sum 1; where `held`, held to ≥ 0, as a
-    /// pixel's that lies just outside the true triangle.
+    /// The shares of a triangle's corners at a place of the image, their sum 1; where `held`, held to ≥ 0, as
+    /// a pixel's that lies just outside the true triangle.
     pub(crate) fn shares(&self, triangle: usize, x: f64, y: f64, held: bool) -> [f64; 3] {
         let flat = self.flat[triangle].as_ref().unwrap();
         let values = flat.edges.map(|edge| edge.at(x, y));
@@ -339,8 +341,8 @@ impl<'a> Drawn<'a> {
         (blend(&self.world.triangles[triangle]), normalize(blend(&self.world.normals[triangle])))
     }
 
-    /// How much each value of a function of the surface may change by the rounding of `f32`, which moves the place on
-    /// the triangle by [`View::rounding`]: first-order.
+    /// How much each value of a function of the surface may change by the rounding of `f32`, which moves the
+    /// place on the triangle by [`View::rounding`]: first-order.
     pub(crate) fn spread<const N: usize>(
         &self,
         triangle: usize,

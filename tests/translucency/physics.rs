@@ -20,9 +20,9 @@ fn of<'a>(kept: &'a Kept, pass: &str) -> &'a [f32] {
     kept.get(&format!("translucency.{pass}")).unwrap().as_f32()
 }
 
-/// In a constant environment of radiance L a solid receives πL everywhere. A box filled by its solid is covered in every
-/// texel, under either reading, so c₀₀ = F̄ πL √(4π), the other eight vanish, and B = π F̄ πL everywhere. A sphere covers the inscribed
-/// disc of each face.
+/// In a constant environment of radiance L a solid receives πL everywhere. A box filled by its solid is
+/// covered in every texel, under either reading, so c₀₀ = F̄ πL √(4π), the other eight vanish, and B = π F̄
+/// πL everywhere. A sphere covers the inscribed disc of each face.
 #[test]
 fn a_constant_environment() {
     let radiance = [0.5, 0.75, 1.5];
@@ -123,8 +123,9 @@ fn in_two_units(solid: &str, material: &str) -> (String, String) {
     (millimetres, metres)
 }
 
-/// T11 to the letter: in metres every value of the attenuation is 10⁶ times that in millimetres, that of held pixels
-/// too. It goes with the cube of a thickness, a difference of distances: 10⁻³ of a value, for one in a hundred more.
+/// T11 to the letter: in metres every value of the attenuation is 10⁶ times that in millimetres, that of held
+/// pixels too. It goes with the cube of a thickness, a difference of distances: 10⁻³ of a value, for one in a
+/// hundred more.
 #[test]
 fn to_the_letter_metres_are_a_million_times_as_bright() {
     for (name, solid, material) in [SOLIDS[0], SOLIDS[1]] {
@@ -139,8 +140,8 @@ fn to_the_letter_metres_are_a_million_times_as_bright() {
     }
 }
 
-/// T11: the same scene in metres, its intensities divided by 1000², has the same picture. Lengths are rounded anew, so
-/// a vertex may snap to the next 1/256 pixel: one value in a hundred may differ by more than 10⁻⁵.
+/// T11: the same scene in metres, its intensities divided by 1000², has the same picture. Lengths are rounded
+/// anew, so a vertex may snap to the next 1/256 pixel: one value in a hundred may differ by more than 10⁻⁵.
 #[test]
 fn metres_are_millimetres() {
     for (name, solid, material) in SOLIDS {
@@ -156,8 +157,8 @@ fn metres_are_millimetres() {
     }
 }
 
-/// The world reflected in x: the picture is reflected too. Centres on edges go another way, and the snapped vertices
-/// are rounded anew: one value in a hundred may differ by more than rounding.
+/// The world reflected in x: the picture is reflected too. Centres on edges go another way, and the snapped
+/// vertices are rounded anew: one value in a hundred may differ by more than rounding.
 #[test]
 fn a_mirrored_scene_has_a_mirrored_picture() {
     for (name, solid, material) in SOLIDS {
@@ -221,7 +222,8 @@ fn a_mirrored_scene_has_a_mirrored_picture() {
     }
 }
 
-/// Light is linear: the picture of four lights is the sum of the four pictures, up to the rounding of the sum.
+/// Light is linear: the picture of four lights is the sum of the four pictures, up to the rounding of the
+/// sum.
 #[test]
 fn lights_add() {
     for (name, solid, material) in SOLIDS {
@@ -242,8 +244,8 @@ fn lights_add() {
     }
 }
 
-/// The picture of the direct light and that of the scattered light are the sums of their passes, and add up to the
-/// picture of both.
+/// The picture of the direct light and that of the scattered light are the sums of their passes, and add up
+/// to the picture of both.
 #[test]
 fn direct_and_scattered_light_add() {
     let (name, solid, material) = SOLIDS[1];
@@ -264,8 +266,8 @@ fn direct_and_scattered_light_add() {
     assert!(of(&scattered, "final").iter().filter(|value| **value > 0.0).count() > 300);
 }
 
-/// Scenes without a casting light and with three: buffers have as many slices as there are casters, and each light's
-/// slices are those that it has alone.
+/// Scenes without a casting light and with three: buffers have as many slices as there are casters, and each
+/// light's slices are those that it has alone.
 #[test]
 fn any_number_of_casters() {
     let (_, solid, material) = SOLIDS[1];

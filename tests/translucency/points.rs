@@ -1,4 +1,5 @@
-//! Several accumulation points: the oracle's own of projection, matrices and radiosity, and what they are for.
+//! Several accumulation points: the oracle's own of projection, matrices and radiosity, and what they are
+//! for.
 
 use std::f64::consts::PI;
 
@@ -45,8 +46,8 @@ impl Parts {
         [0, 1, 2].map(|i| way[i] / self.half[i])
     }
 
-    /// What each point counts at a place: its weight falls from 1 at its own middle to 0 at the next along each axis;
-    /// outside the outermost it stays.
+    /// What each point counts at a place: its weight falls from 1 at its own middle to 0 at the next along
+    /// each axis; outside the outermost it stays.
     fn weights(&self, place: Vec3) -> Vec<f64> {
         let end = |pick: fn(f64, f64) -> f64| {
             self.middles.iter().fold(self.middles[0], |end, at| [0, 1, 2].map(|i| pick(end[i], at[i])))
@@ -85,8 +86,8 @@ fn scenes() -> Vec<Rendered> {
         .collect()
 }
 
-/// Eq. 6 from each point: its texels have directions and solid angles of their own. The points are in f32 in the pass,
-/// and a texel's solid angle here is that of two triangles, not of four corners.
+/// Eq. 6 from each point: its texels have directions and solid angles of their own. The points are in f32 in
+/// the pass, and a texel's solid angle here is that of two triangles, not of four corners.
 #[test]
 fn projection_on_several_points() {
     for scene in scenes() {
@@ -196,8 +197,8 @@ fn radiosity_between_several_points() {
     }
 }
 
-/// The radiosity of one channel at a point of the surface, and its tolerance: what some four roundings of the box move
-/// where the ray leaves and the weights, and the rounding of a sum of sixteen.
+/// The radiosity of one channel at a point of the surface, and its tolerance: what some four roundings of the
+/// box move where the ray leaves and the weights, and the rounding of a sum of sixteen.
 fn radiosity_at(
     scene: &Rendered,
     parts: &Parts,
@@ -234,9 +235,10 @@ fn radiosity_at(
     (expected, tolerance)
 }
 
-/// Eq. 5 without harmonics and with the shaded point for its accumulation point, as §2.1 would have it if it could be
-/// afforded: the cosine-weighted irradiance that entered where each ray from the point leaves the cuboid, over the
-/// hemisphere about r. By the middles of 96 × 192 equal parts in (cos² θ, φ), where the cosine is in the measure.
+/// Eq. 5 without harmonics and with the shaded point for its accumulation point, as §2.1 would have it if it
+/// could be afforded: the cosine-weighted irradiance that entered where each ray from the point leaves the
+/// cuboid, over the hemisphere about r. By the middles of 96 × 192 equal parts in (cos² θ, φ), where the
+/// cosine is in the measure.
 fn brute_force(scene: &Rendered, point: Vec3, r: Vec3) -> f64 {
     let (n, m) = (96, 192);
     let side = normalize(cross(r, if r[0].abs() < 0.7 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] }));
@@ -268,8 +270,9 @@ fn brute_force(scene: &Rendered, point: Vec3, r: Vec3) -> f64 {
     PI * total / f64::from(n * m)
 }
 
-/// A bar six times as long as wide, lit from beyond one end: what it gathers falls along it. Nine coefficients of the
-/// one centre miss that by more than the whole; from four points on, what remains is mostly theirs, not the points'.
+/// A bar six times as long as wide, lit from beyond one end: what it gathers falls along it. Nine
+/// coefficients of the one centre miss that by more than the whole; from four points on, what remains is
+/// mostly theirs, not the points'.
 #[test]
 fn several_points_follow_the_light_along_a_bar() {
     let mut errors = Vec::new();

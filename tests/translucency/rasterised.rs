@@ -94,7 +94,8 @@ fn cubemap() {
 }
 
 /// The first and the second hit along the ray of each texel: their distance, and the first one's depth. The
-/// tolerance is the change of depth over the distance that snapping moves a point, and the rounding of the depth plane.
+/// tolerance is the change of depth over the distance that snapping moves a point, and the rounding of the
+/// depth plane.
 #[test]
 fn shadow_and_peel() {
     for scene in scenes() {
@@ -138,7 +139,8 @@ fn shadow_and_peel() {
                 first.check(found[0], distance, tolerance, (x, y));
                 depths.check(found[1], best.depth, best.slack, (x, y));
 
-                // Behind the first depth lies none of the triangles that have it; only where it is clear which one has.
+                // Behind the first depth lies none of the triangles that have it; only where it is clear
+                // which one has.
                 if !seen.clear() {
                     continue;
                 }
@@ -236,8 +238,8 @@ fn gbuffer() {
     scenes().iter().for_each(check_gbuffer);
 }
 
-/// A camera within the solid: triangles cross the near plane and the guard band, and are clipped. A corner that
-/// clipping makes may lie 2¹⁴ pixels off, where `f32` is exact to 10⁻³ pixel: the band is 1/64 pixel.
+/// A camera within the solid: triangles cross the near plane and the guard band, and are clipped. A corner
+/// that clipping makes may lie 2¹⁴ pixels off, where `f32` is exact to 10⁻³ pixel: the band is 1/64 pixel.
 #[test]
 fn visibility_and_gbuffer_from_inside() {
     for (name, solid, look) in [

@@ -42,8 +42,9 @@ fn facing(scene: &Rendered) -> f64 {
     scene.world.leaving(point, normal)
 }
 
-/// T3, corrected: however thin the sheet, from 1 m to 1 µm, no pixel is brighter than a surface without thickness, and
-/// the middle has the wall's value at the sheet's thickness, which is known to the rounding of a distance.
+/// T3, corrected: however thin the sheet, from 1 m to 1 µm, no pixel is brighter than a surface without
+/// thickness, and the middle has the wall's value at the sheet's thickness, which is known to the rounding of
+/// a distance.
 #[test]
 fn a_thin_sheet_is_bounded() {
     let mut worst = Worst::new("sheets");
@@ -98,15 +99,16 @@ fn to_the_letter_a_thin_sheet_grows_without_bound() {
     }
 }
 
-/// How far the light has come through a slab to a point of its front, from the back plane, and where on the map.
+/// How far the light has come through a slab to a point of its front, from the back plane, and where on the
+/// map.
 fn through(view: &View, point: Vec3, from: Vec3, back: f64) -> (f64, [f64; 2]) {
     let share = (point[2] - back) / (point[2] - from[2]);
     (share * length(sub(point, from)), view.pixel(point))
 }
 
-/// §2.2 on a slab of 4 mm under oblique light: the thickness is the closed form within a texel of the light's map, and
-/// far within: the map's is a linear function under a beam, which a centred filter keeps. To the letter the filter of
-/// even width reads the map half a texel to the upper left (T6).
+/// §2.2 on a slab of 4 mm under oblique light: the thickness is the closed form within a texel of the light's
+/// map, and far within: the map's is a linear function under a beam, which a centred filter keeps. To the
+/// letter the filter of even width reads the map half a texel to the upper left (T6).
 #[test]
 fn the_thickness_of_a_slab_is_the_closed_form() {
     let (side, thick) = (44.0, 4.0);
@@ -174,8 +176,8 @@ fn without_the_second_layer_the_far_side_of_a_gap_shines() {
     assert!(dark > 30 && same > 800, "{dark} and {same}");
 }
 
-/// Fig. 7b: in a constant environment the radiosity of a box is the same everywhere, π F̄ πL; in the unscaled cube the
-/// views miss most of the sphere, and the radiosity is less by that much.
+/// Fig. 7b: in a constant environment the radiosity of a box is the same everywhere, π F̄ πL; in the unscaled
+/// cube the views miss most of the sphere, and the radiosity is less by that much.
 #[test]
 fn blindness_darkens_a_box_in_a_constant_environment() {
     let (_, solid, material) = SOLIDS[2];
@@ -193,8 +195,8 @@ fn blindness_darkens_a_box_in_a_constant_environment() {
     assert!(blind_high < 0.9 * low && blind_low < 0.6 * low, "{blind_low} to {blind_high}");
 }
 
-/// Eq. 10 rings below zero at some 120° from a narrow bright spot: the end of a beam of square section, in the cube that is
-/// not scaled to it. Corrected it is held at 0; to the letter it is not.
+/// Eq. 10 rings below zero at some 120° from a narrow bright spot: the end of a beam of square section, in
+/// the cube that is not scaled to it. Corrected it is held at 0; to the letter it is not.
 #[test]
 fn to_the_letter_the_radiosity_may_be_negative() {
     let text = r#"

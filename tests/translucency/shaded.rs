@@ -15,9 +15,9 @@ use crate::oracle::View;
 use crate::world::{Lamp, Rendered, all};
 use crate::{U, Worst, larger, smaller};
 
-/// The Gaussian as a plain double sum. Two sums of five rounded products and a quotient: some 16 operations on
-/// positive numbers. What has no surface in reach is 0 to the bit. To the letter the kernel is another, and the clear
-/// value, 1.5 radii behind the box's centre, takes part (T6, T12).
+/// The Gaussian as a plain double sum. Two sums of five rounded products and a quotient: some 16 operations
+/// on positive numbers. What has no surface in reach is 0 to the bit. To the letter the kernel is another,
+/// and the clear value, 1.5 radii behind the box's centre, takes part (T6, T12).
 #[test]
 fn blurred() {
     for scene in all() {
@@ -95,8 +95,9 @@ fn surely(a: f64, b: f64, error: f64) -> Option<bool> {
     ((a - b).abs() > error).then_some(a <= b)
 }
 
-/// How much farther than a texel says a point of its surface may lie, and the error of that: a texel's width, times one
-/// plus the slope of the surface, at most the root of the map's size. A cosine is exact to some [`U`].
+/// How much farther than a texel says a point of its surface may lie, and the error of that: a texel's width,
+/// times one plus the slope of the surface, at most the root of the map's size. A cosine is exact to some
+/// [`U`].
 fn slack(view: &View, point: Vec3, cosine: f64) -> (f64, f64) {
     let at = |cosine: f64| {
         let cosine = smaller(larger(cosine.abs(), 1e-9), 1.0);
@@ -109,9 +110,10 @@ fn slack(view: &View, point: Vec3, cosine: f64) -> (f64, f64) {
     (here, change + 16.0 * U * here)
 }
 
-/// Distance from the light less the blurred first distance, looked up between four texels without the empty ones; and
-/// the share of the four beyond whose second surface the point does not lie. Distances are exact to some [`U`], and
-/// a weight to the rounding of the place on the map, which mixes in the difference of the texels.
+/// Distance from the light less the blurred first distance, looked up between four texels without the empty
+/// ones; and the share of the four beyond whose second surface the point does not lie. Distances are exact to
+/// some [`U`], and a weight to the rounding of the place on the map, which mixes in the difference of the
+/// texels.
 #[test]
 fn thickness() {
     for scene in all() {
@@ -181,12 +183,13 @@ fn thickness() {
     }
 }
 
-/// Errors of a transmittance: its cosine is exact to four [`U`], over which it changes by five times as much at
-/// most, and it has eight roundings of its own.
+/// Errors of a transmittance: its cosine is exact to four [`U`], over which it changes by five times as much
+/// at most, and it has eight roundings of its own.
 const TRANSMITTANCE: f64 = 28.0 * U;
 
-/// Eq. 12 without B: transmittance to the eye times the dipole at the recorded thickness, for the share received; for an
-/// environment at the length of the refracted ray in the box. The exponent's relative error is that of the result.
+/// Eq. 12 without B: transmittance to the eye times the dipole at the recorded thickness, for the share
+/// received; for an environment at the length of the refracted ray in the box. The exponent's relative error
+/// is that of the result.
 #[test]
 fn attenuation() {
     for scene in all() {
@@ -246,8 +249,9 @@ fn attenuation() {
     }
 }
 
-/// The mask of the pixels whose thickness was at or below the smallest: 0, or what the letter is held at, which is exact
-/// to some [`U`] where the default is a part of the box. A thickness as near to it as that is left out.
+/// The mask of the pixels whose thickness was at or below the smallest: 0, or what the letter is held at,
+/// which is exact to some [`U`] where the default is a part of the box. A thickness as near to it as that is
+/// left out.
 #[test]
 fn held() {
     for scene in all() {
@@ -279,8 +283,8 @@ fn held() {
     }
 }
 
-/// The length of the refracted ray in the box, and its error: the direction is exact to some [`U`], the wall's place to
-/// some [`U`] of its coordinate.
+/// The length of the refracted ray in the box, and its error: the direction is exact to some [`U`], the
+/// wall's place to some [`U`] of its coordinate.
 fn through(scene: &Rendered, point: Vec3, normal: Vec3) -> (f64, f64) {
     let (bounds, r) = (&scene.world.bounds, scene.world.refracted(point, normal));
     let at = |r: Vec3| length(sub(bounds.exit(point, r), point)) / length(r);
@@ -296,8 +300,8 @@ fn through(scene: &Rendered, point: Vec3, normal: Vec3) -> (f64, f64) {
     (here, error + 8.0 * U * here)
 }
 
-/// What the surface itself sends back: R_d between two transmittances, and the normalised Blinn-Phong lobe with
-/// Schlick's reflectance, in the share of the four texels that the light reaches.
+/// What the surface itself sends back: R_d between two transmittances, and the normalised Blinn-Phong lobe
+/// with Schlick's reflectance, in the share of the four texels that the light reaches.
 #[test]
 fn direct() {
     for scene in all() {
@@ -332,7 +336,8 @@ fn direct() {
     }
 }
 
-/// The share of the four texels around a point that the light reaches, at least and at most; all of an environment's.
+/// The share of the four texels around a point that the light reaches, at least and at most; all of an
+/// environment's.
 fn lit_share(scene: &Rendered, light: usize, point: Vec3, normal: Vec3) -> (f64, f64) {
     let world = &scene.world;
     let Some(number) = world.casters.iter().position(|caster| caster.0 == light) else { return (1.0, 1.0) };
@@ -351,8 +356,8 @@ fn lit_share(scene: &Rendered, light: usize, point: Vec3, normal: Vec3) -> (f64,
     })
 }
 
-/// The radiance in one channel without shadow, and its error. Transmittances are exact to [`TRANSMITTANCE`], a cosine to
-/// four [`U`], (n·h)ⁿ to n times the relative error of n·h.
+/// The radiance in one channel without shadow, and its error. Transmittances are exact to [`TRANSMITTANCE`],
+/// a cosine to four [`U`], (n·h)ⁿ to n times the relative error of n·h.
 fn unshadowed(scene: &Rendered, lamp: &Lamp, channel: usize, point: Vec3, normal: Vec3) -> (f64, f64) {
     let world = &scene.world;
     let albedo = world.media[channel].total_r_d();
@@ -381,7 +386,8 @@ fn unshadowed(scene: &Rendered, lamp: &Lamp, channel: usize, point: Vec3, normal
     (reflected * irradiance, error * irradiance + reflected * irradiance_error)
 }
 
-/// Σ att · B + direct over the lights, and the background elsewhere. Two roundings a term and one an addition.
+/// Σ att · B + direct over the lights, and the background elsewhere. Two roundings a term and one an
+/// addition.
 #[test]
 fn final_() {
     for scene in all() {

@@ -1,5 +1,5 @@
-//! The scenes under test, rendered once, and what the oracle knows of them: numbers from the scene's settings, the
-//! published tables, and the mesh.
+//! The scenes under test, rendered once, and what the oracle knows of them: numbers from the scene's
+//! settings, the published tables, and the mesh.
 
 use std::sync::OnceLock;
 
@@ -137,7 +137,8 @@ pub(crate) fn render(text: &str, set: &[&str]) -> (Scene, Kept) {
     (scene, kept)
 }
 
-/// The head of a scene: all but its lights. Sizes are odd against each other so that none can stand for another.
+/// The head of a scene: all but its lights. Sizes are odd against each other so that none can stand for
+/// another.
 pub(crate) fn head(solid: &str, material: &str) -> String {
     format!(
         r#"
@@ -171,8 +172,8 @@ pub(crate) const SOLIDS: [(&str, &str, &str); 4] = [
     ),
 ];
 
-/// What is set otherwise, by the solid that it is set on: the letter of the paper with an even and an odd blur, and
-/// without the cures of figures 7, 8 and 9.
+/// What is set otherwise, by the solid that it is set on: the letter of the paper with an even and an odd
+/// blur, and without the cures of figures 7, 8 and 9.
 const VARIANTS: [(&str, usize, &[&str]); 9] = [
     ("sphere to the letter", 0, &["translucency.reading=paper", "translucency.blur=8"]),
     (
@@ -201,8 +202,8 @@ const VARIANTS: [(&str, usize, &[&str]); 9] = [
     ),
 ];
 
-/// One scene a solid, each under a point, a direction, a published probe and a constant environment, and one with the
-/// lights in another order.
+/// One scene a solid, each under a point, a direction, a published probe and a constant environment, and one
+/// with the lights in another order.
 pub(crate) fn scenes() -> &'static [Rendered] {
     static SCENES: OnceLock<Vec<Rendered>> = OnceLock::new();
     SCENES.get_or_init(|| {
@@ -210,7 +211,8 @@ pub(crate) fn scenes() -> &'static [Rendered] {
             Rendered::new(name, &[&head(solid, material), PROBE, POINT, EVEN, BEAM].concat(), &[])
         };
         let mut scenes: Vec<_> = SOLIDS.into_iter().map(render).collect();
-        // Without the blur a lookup at a silhouette meets empty texels; and odd sizes have texels in the middle.
+        // Without the blur a lookup at a silhouette meets empty texels; and odd sizes have texels in the
+        // middle.
         let (_, solid, material) = SOLIDS[1];
         let text = [&head(solid, material), BEAM, EVEN, POINT, PROBE].concat();
         let knobs = "cubemap = 12, shadow = 48, blur = 5";

@@ -18,7 +18,8 @@ fn brdfs() -> Vec<Brdf> {
     .to_vec()
 }
 
-/// ∫ f over the hemisphere: 400 nodes of the cosine's square root, which crowd where lobes meet the horizon, by 800 turns.
+/// ∫ f over the hemisphere: 400 nodes of the cosine's square root, which crowd where lobes meet the horizon,
+/// by 800 turns.
 fn hemisphere(f: impl Fn(Vec3) -> Vec3) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (node, weight) in gauss_legendre(400) {

@@ -1,7 +1,8 @@
 //! `truth/` against closed forms, quadrature and the reference crate.
 //!
-//! Estimates are compared in standard deviations of their mean, each to within [`LEVEL`]: by chance one comparison in a
-//! million would fail, and since the random numbers are fixed, what passes once passes always.
+//! Estimates are compared in standard deviations of their mean, each to within [`LEVEL`]: by chance one
+//! comparison in a million would fail, and since the random numbers are fixed, what passes once passes
+//! always.
 #![allow(clippy::disallowed_methods, reason = "an oracle may use the standard library")]
 
 mod brdf;

@@ -1,5 +1,5 @@
-//! Walks through media: optics against the reference crate and closed forms, scattering against those that transport
-//! theory has.
+//! Walks through media: optics against the reference crate and closed forms, scattering against those that
+//! transport theory has.
 
 use crate::{LEVEL, agrees, estimate};
 use bitlight::numeric::random::Sample;

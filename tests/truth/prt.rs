@@ -17,8 +17,8 @@ prt = { bands = 4, directions = 4096 }
 truth = { bands = 4 }
 "#;
 
-/// Root mean square of what transfer at vertices is off, in parts of that of the light that leaves them, noise of the
-/// paths taken out.
+/// Root mean square of what transfer at vertices is off, in parts of that of the light that leaves them,
+/// noise of the paths taken out.
 fn error(bounces: usize, samples: u64) -> f64 {
     let set = [format!("prt.bounces={bounces}"), format!("truth.bounces={bounces}")];
     let scene = Scene::parse(SCENE, "knot.toml".as_ref(), &set).unwrap();
@@ -45,8 +45,8 @@ fn error(bounces: usize, samples: u64) -> f64 {
 
 #[test]
 fn transfer_at_vertices_is_what_paths_from_them_find() {
-    // Measured: 1.0 and 1.3 %. A sum over the visible ones of 4,096 directions is no better; bounces also interpolate
-    // between the vertices of a coarse mesh.
+    // Measured: 1.0 and 1.3 %. A sum over the visible ones of 4,096 directions is no better; bounces also
+    // interpolate between the vertices of a coarse mesh.
     for (bounces, samples, most) in [(0, 400, 0.02), (2, 400, 0.03)] {
         let error = error(bounces, samples);
         assert!(error < most, "{bounces} bounces: {:.2} % off", error * 100.0);

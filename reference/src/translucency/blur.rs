@@ -45,11 +45,11 @@ pub fn shift(taps: &[(i64, f64)]) -> f64 {
     sum
 }
 
-/// A depth map filtered in both directions by the same taps to the letter, every texel alike; row-major, `width` ×
-/// `height`.
+/// A depth map filtered in both directions by the same taps to the letter, every texel alike; row-major,
+/// `width` × `height`.
 ///
-/// A texel without a surface holds 0, which stands for the `clear` value, as does what lies outside the map: the filter
-/// mixes it in at silhouettes.
+/// A texel without a surface holds 0, which stands for the `clear` value, as does what lies outside the map:
+/// the filter mixes it in at silhouettes.
 pub fn blur_as_printed(
     map: &[f64],
     width: usize,

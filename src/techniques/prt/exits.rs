@@ -1,9 +1,11 @@
-//! `prt.exits`: the surface's BRDF, cosine included, as coefficients of the light's side for a row of exits (B of Feng et al.
-//! 2007, Eq. 5: the paper too discretises the exits, in a map of 32 × 32 by stereographic projection, before it projects).
+//! `prt.exits`: the surface's BRDF, cosine included, as coefficients of the light's side for a row of exits
+//! (B of Feng et al. 2007, Eq. 5: the paper too discretises the exits, in a map of 32 × 32 by stereographic
+//! projection, before it projects).
 //!
-//! Exits lie at azimuth 0, evenly in the tangent of half their angle to the normal, which is stereographic projection; the
-//! BRDF is isotropic, so for another azimuth φ the functions of order m turn by mφ. The last exit lies just above the
-//! horizon and stands for all below it: a vertex that is averted from the camera, at a silhouette, is no dark spot.
+//! Exits lie at azimuth 0, evenly in the tangent of half their angle to the normal, which is stereographic
+//! projection; the BRDF is isotropic, so for another azimuth φ the functions of order m turn by mφ. The last
+//! exit lies just above the horizon and stands for all below it: a vertex that is averted from the camera, at
+//! a silhouette, is no dark spot.
 
 use super::Frame;
 use crate::bake::brdf;
@@ -44,8 +46,8 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
     Buffer::f32(&[exits.len(), frame.functions(), 3], rows.into_flattened())
 }
 
-/// The coefficients for one exit, a unit vector in the vertex's frame: between its two neighbours of the table, turned to
-/// its azimuth.
+/// The coefficients for one exit, a unit vector in the vertex's frame: between its two neighbours of the
+/// table, turned to its azimuth.
 pub(super) fn row(table: &[f32], bands: usize, exit: [f64; 3], row: &mut [[f64; 3]]) {
     let [x, y, z] = exit;
     let across = (x * x + y * y).sqrt();

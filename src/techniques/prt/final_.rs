@@ -1,5 +1,5 @@
-//! `prt.final`: the picture, the radiance of the vertices interpolated over what each pixel sees, that from within times
-//! Schlick's transmittance at the cosine of the interpolated normal. Inner sides are black.
+//! `prt.final`: the picture, the radiance of the vertices interpolated over what each pixel sees, that from
+//! within times Schlick's transmittance at the cosine of the interpolated normal. Inner sides are black.
 
 use super::Frame;
 use crate::bake;

@@ -5,9 +5,9 @@ use crate::raster::View;
 use crate::world::Stage;
 use crate::world::brdf::{Brdf, Gloss};
 
-/// Whether a pass has something to compute of such a surface under such settings. Where it has not, the first axis of its
-/// buffer (of a matrix both) has no length: a diffuse surface needs no matrices, and one with a highlight has its diffuse
-/// part in them.
+/// Whether a pass has something to compute of such a surface under such settings. Where it has not, the first
+/// axis of its buffer (of a matrix both) has no length: a diffuse surface needs no matrices, and one with a
+/// highlight has its diffuse part in them.
 pub fn computes(pass: &str, surface: &Brdf, settings: &Settings) -> bool {
     let glossy = surface.gloss != Gloss::None;
     match pass {

@@ -1,6 +1,6 @@
-//! Precomputed radiance transfer at the vertices of a solid (Sloan, Kautz and Snyder 2002), the ground that the papers on
-//! learned transfer and on skinned animation compress and predict, and the rival of fig. 13b of Banterle and Chalmers.
-//! Light is from far away alone: spherical-harmonic coefficients of a few bands.
+//! Precomputed radiance transfer at the vertices of a solid (Sloan, Kautz and Snyder 2002), the ground that
+//! the papers on learned transfer and on skinned animation compress and predict, and the rival of fig. 13b of
+//! Banterle and Chalmers. Light is from far away alone: spherical-harmonic coefficients of a few bands.
 //!
 //! ```text
 //! visibility ┬→ vectors (diffuse) ─────────────┐
@@ -89,7 +89,8 @@ pub const PASSES: [Pass<Frame>; 11] = [
     final_::PASS,
 ];
 
-/// Vertices or pixels that a pass computes together: a constant, so that the order of a thread's work cannot show.
+/// Vertices or pixels that a pass computes together: a constant, so that the order of a thread's work cannot
+/// show.
 const RUN: usize = 256;
 
 fn length(outline: &Outline<'_>, info: &Info, axis: Axis) -> Option<usize> {
@@ -105,8 +106,8 @@ fn length(outline: &Outline<'_>, info: &Info, axis: Axis) -> Option<usize> {
     }
 }
 
-/// Where light bounces, what each blocked direction meets, at most all above the horizon: a hit, a meeting of its vertex,
-/// one of the list.
+/// Where light bounces, what each blocked direction meets, at most all above the horizon: a hit, a meeting of
+/// its vertex, one of the list.
 fn scratch(outline: &Outline<'_>, info: &Info) -> Option<(&'static str, u64)> {
     let settings = Settings::read(outline.values);
     let bounces = settings.bounces > 0 && computes(info.name, outline.surface, &settings);

@@ -1,5 +1,5 @@
-//! `prt.scattered`: what enters the solid and leaves after many scatterings, by the dipole integrated over the mesh (Jensen
-//! et al. 2001, Eq. 4 and 5; as transfer Wang, Tran and Luebke 2005).
+//! `prt.scattered`: what enters the solid and leaves after many scatterings, by the dipole integrated over
+//! the mesh (Jensen et al. 2001, Eq. 4 and 5; as transfer Wang, Tran and Luebke 2005).
 
 use super::Frame;
 use super::visibility::read;

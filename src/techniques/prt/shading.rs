@@ -1,9 +1,11 @@
-//! `prt.shading`: the radiance of each vertex towards the camera, but for Fresnel's transmittance of what comes from within.
+//! `prt.shading`: the radiance of each vertex towards the camera, but for Fresnel's transmittance of what
+//! comes from within.
 //!
-//! With L the sum of all lights, and o the direction towards the camera in the vertex's frame: T·L of a diffuse surface, or
-//! B(o)·M L of one with a highlight (Feng et al. 2007, Eq. 5); and S·L of what was scattered in the solid, which `final`
-//! multiplies by the transmittance at each pixel: at vertices that are averted from the camera it is 0, and silhouettes
-//! would have a dark line. A few bands ring: sums can be negative. They are in `f64`, in the order of the functions.
+//! With L the sum of all lights, and o the direction towards the camera in the vertex's frame: T·L of a
+//! diffuse surface, or B(o)·M L of one with a highlight (Feng et al. 2007, Eq. 5); and S·L of what was
+//! scattered in the solid, which `final` multiplies by the transmittance at each pixel: at vertices that are
+//! averted from the camera it is 0, and silhouettes would have a dark line. A few bands ring: sums can be
+//! negative. They are in `f64`, in the order of the functions.
 
 use super::Frame;
 use super::exits::row;

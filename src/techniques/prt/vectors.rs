@@ -1,7 +1,8 @@
-//! `prt.vectors`: T of a diffuse surface, whose product with light is the radiance that leaves (Nowrouzezahrai et al. 2007,
-//! §3), with as many diffuse interreflections as are asked for.
+//! `prt.vectors`: T of a diffuse surface, whose product with light is the radiance that leaves
+//! (Nowrouzezahrai et al. 2007, §3), with as many diffuse interreflections as are asked for.
 //!
-//! Decides erratum L1: the cosine and ρ/π are in T. Under [`Reading::Paper`] they are not, and there are no bounces.
+//! Decides erratum L1: the cosine and ρ/π are in T. Under [`Reading::Paper`] they are not, and there are no
+//! bounces.
 
 use super::Frame;
 use super::visibility::read;

@@ -1,4 +1,5 @@
-//! `prt.visibility`: which of the directions each vertex sees, V of every transfer integral ([`crate::bake::visibility`]).
+//! `prt.visibility`: which of the directions each vertex sees, V of every transfer integral
+//! ([`crate::bake::visibility`]).
 
 use super::Frame;
 use crate::bake::{self, Directions, Visibility};

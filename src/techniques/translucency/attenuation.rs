@@ -1,18 +1,18 @@
 //! `translucency.attenuation`: what is left of the radiosity at the surface, Eq. 12 without B.
 //!
-//! Decides errata T3, T8, T10 and T11. Eq. 12 is inspired by the dipole but leaves out its albedo and virtual source,
-//! diverges at d = 0, and has the unit of a reciprocal area although B is not integrated over one. The corrected
-//! reading is
+//! Decides errata T3, T8, T10 and T11. Eq. 12 is inspired by the dipole but leaves out its albedo and virtual
+//! source, diverges at d = 0, and has the unit of a reciprocal area although B is not integrated over one.
+//! The corrected reading is
 //!
 //! ```text
 //! 1/π · F_t(η, ω_out) · T(d)/π,   T(d) = ∫ R_d(√(ρ² + d²)) 2πρ dρ
 //!                                      = α'/2 (z_r e^(−σ_tr s_r)/s_r + z_v e^(−σ_tr s_v)/s_v),   s² = d² + z²
 //! ```
 //!
-//! the dipole integrated over the wall through which the light came, at distance d: the area over which B is a mean.
-//! T is a number without a unit, the same in metres and in millimetres (T11), at most the total reflectance R_d
-//! (reached at d = 0), and what leaves a wall of thickness d that is lit evenly from behind under Eq. 1 and 2.
-//! The second π is that of B = πE (T10). Coefficients are per scene unit (T8).
+//! the dipole integrated over the wall through which the light came, at distance d: the area over which B is
+//! a mean. T is a number without a unit, the same in metres and in millimetres (T11), at most the total
+//! reflectance R_d (reached at d = 0), and what leaves a wall of thickness d that is lit evenly from behind
+//! under Eq. 1 and 2. The second π is that of B = πE (T10). Coefficients are per scene unit (T8).
 //!
 //! To the letter ([`Reading::Paper`](crate::keys::Reading::Paper)) the factor is
 //!
@@ -20,12 +20,13 @@
 //! 1/π · F_t(η, ω_out) · (σ_tr d + 1) e^(−σ_tr d) / (σ'_t d³)
 //! ```
 //!
-//! without any of this: it has the unit of a reciprocal area, so the same scene in metres is 10⁶ times as bright as in
-//! millimetres, and it knows no bound. A thickness below `smallest_d`, which blurring also makes negative, is taken for
-//! `smallest_d`; `held` records where.
+//! without any of this: it has the unit of a reciprocal area, so the same scene in metres is 10⁶ times as
+//! bright as in millimetres, and it knows no bound. A thickness below `smallest_d`, which blurring also makes
+//! negative, is taken for `smallest_d`; `held` records where.
 //!
-//! T15: each light has its own thickness. An environment has none; for it d is the length of the refracted ray to
-//! where it leaves the bounding box, the x*_in of Eq. 3, which is never less than the solid's own thickness there.
+//! T15: each light has its own thickness. An environment has none; for it d is the length of the refracted
+//! ray to where it leaves the bounding box, the x*_in of Eq. 3, which is never less than the solid's own
+//! thickness there.
 
 use super::Frame;
 use super::frame::exit;
@@ -34,7 +35,7 @@ use crate::keys::Reading;
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, RGB, Twin};
-use crate::raster::Points;
+use crate::raster::SurfacePoints;
 use std::f32::consts::FRAC_1_PI;
 
 pub(super) const PASS: Pass<Frame> = Pass {
@@ -57,7 +58,7 @@ pub(super) fn measured(
     frame: &Frame,
     thickness: &Buffer,
     light: usize,
-    points: &Points,
+    points: &SurfacePoints,
 ) -> [[f32; BLOCK]; 2] {
     let mut measured = [[0.0; BLOCK]; 2];
     match frame.caster(light) {
@@ -74,7 +75,7 @@ pub(super) fn measured(
 
 wide! {
     /// How far the refracted ray has come from the box; an environment is received everywhere.
-    fn to_the_box(frame: &Frame, points: &Points, measured: &mut [[f32; BLOCK]; 2]) {
+    fn to_the_box(frame: &Frame, points: &SurfacePoints, measured: &mut [[f32; BLOCK]; 2]) {
         for lane in 0..BLOCK {
             let (point, normal) = (points.position(lane), points.normal(lane));
             measured[0][lane] = exit(&frame.bounds, point, frame.refracted(point, normal)).1;
@@ -93,7 +94,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
 wide! {
     fn attenuation(
         frame: &Frame,
-        points: &Points,
+        points: &SurfacePoints,
         measured: &[[f32; BLOCK]; 2],
         out: &mut [[f32; BLOCK]; 3],
     ) {

@@ -1,14 +1,15 @@
 //! `translucency.blur`: the first distance smoothed by a separable Gaussian (§3).
 //!
-//! Decides errata T6: eight taps have no middle, and shift the map by half a texel; a width of n has 2⌊n/2⌋ + 1
-//! taps here, centred, with a standard deviation of n/4. And T12: the clear value must not be mixed in at
-//! silhouettes, so texels without a surface have no weight: both directions carry the weighted sum and the sum of
-//! weights, and divide once at the end. A texel without a surface but with one in reach thereby gets a value, which
-//! the lookups of `thickness` at a silhouette need; one without any stays 0.
+//! Decides errata T6: eight taps have no middle, and shift the map by half a texel; a width of n has 2⌊n/2⌋ +
+//! 1 taps here, centred, with a standard deviation of n/4. And T12: the clear value must not be mixed in at
+//! silhouettes, so texels without a surface have no weight: both directions carry the weighted sum and the
+//! sum of weights, and divide once at the end. A texel without a surface but with one in reach thereby gets a
+//! value, which the lookups of `thickness` at a silhouette need; one without any stays 0.
 //!
-//! To the letter a width of n has n taps, at −⌊n/2⌋ … n − 1 − ⌊n/2⌋ and centred between them, at −½ for an even n, and
-//! takes every texel alike. The clear value is the far distance of the light's view, 1.5 radii of the box behind its
-//! centre; it also stands for what lies outside the map, where the light sees nothing either.
+//! To the letter a width of n has n taps, at −⌊n/2⌋ … n − 1 − ⌊n/2⌋ and centred between them, at −½ for an
+//! even n, and takes every texel alike. The clear value is the far distance of the light's view, 1.5 radii of
+//! the box behind its centre; it also stands for what lies outside the map, where the light sees nothing
+//! either.
 
 use super::Frame;
 use crate::keys::Reading;
@@ -30,8 +31,8 @@ pub(super) const PASS: Pass<Frame> = Pass {
     run,
 };
 
-/// Offsets and weights of the kernel, from the far left (or top) to the far right, unnormalised: the sum of the weights
-/// that are used divides.
+/// Offsets and weights of the kernel, from the far left (or top) to the far right, unnormalised: the sum of
+/// the weights that are used divides.
 fn taps(width: usize) -> Vec<(isize, f32)> {
     let (reach, deviation) = ((width / 2) as isize, width as f64 / 4.0);
     let weight = |offset: isize| match offset {
@@ -41,8 +42,8 @@ fn taps(width: usize) -> Vec<(isize, f32)> {
     (-reach..=reach).map(|offset| (offset, weight(offset))).collect()
 }
 
-/// Offsets and weights of the kernel to the letter, n of them for a width of n; their sum is 1. A width of 0 is that of
-/// 1, which changes nothing.
+/// Offsets and weights of the kernel to the letter, n of them for a width of n; their sum is 1. A width of 0
+/// is that of 1, which changes nothing.
 fn taps_as_printed(width: usize) -> Vec<(isize, f32)> {
     let (count, first) = (width.max(1) as isize, -((width / 2) as isize));
     let middle = first as f64 + (count - 1) as f64 / 2.0;
@@ -113,7 +114,8 @@ wide! {
     fn along(row: &[f32], taps: &[(isize, f32)], outside: f32, out: &mut [f32]) {
         let size = row.len();
         for (offset, weight) in taps {
-            // Where the tap falls on the map: the first texel that it serves, the first that it reads, and how many.
+            // Where the tap falls on the map: the first texel that it serves, the first that it reads, and
+            // how many.
             let count = size.saturating_sub(offset.unsigned_abs());
             let (to, first) = if *offset < 0 { (size - count, 0) } else { (0, size - count) };
             let (left, rest) = out.split_at_mut(to);

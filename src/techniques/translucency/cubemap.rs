@@ -1,19 +1,20 @@
 //! `translucency.cubemap`: irradiance on the solid as six cameras outside see it (§2.1, fig. 3, fig. 8).
 //!
-//! Decides errata T14: the six views are orthographic, and each exactly fills its face of the bounding box, which
-//! is thereby scaled to a cube (the cure of blindness, fig. 8). Texel and direction then agree with the ray-box
-//! correction of `radiosity`: a texel stands for the point of the box's face that it covers, and in the cube's
-//! frame for the direction from the centre to that point. Perspective views would need a distance that the paper
-//! does not give, and would see less than the whole face.
+//! Decides errata T14: the six views are orthographic, and each exactly fills its face of the bounding box,
+//! which is thereby scaled to a cube (the cure of blindness, fig. 8). Texel and direction then agree with the
+//! ray-box correction of `radiosity`: a texel stands for the point of the box's face that it covers, and in
+//! the cube's frame for the direction from the centre to that point. Perspective views would need a distance
+//! that the paper does not give, and would see less than the whole face.
 //!
-//! Without `blindness_cure` the views fill the faces of the cube about the box (fig. 7b): unscaled, the solid leaves a
-//! part of a face empty wherever its box is shorter than the longest side.
+//! Without `blindness_cure` the views fill the faces of the cube about the box (fig. 7b): unscaled, the solid
+//! leaves a part of a face empty wherever its box is shorter than the longest side.
 //!
-//! The paper renders "the illuminated object" without saying whether it shades itself. Here it does not: light
-//! that one part of a convex solid keeps from another does not exist, and the paper's model is of convex solids.
+//! The paper renders "the illuminated object" without saying whether it shades itself. Here it does not:
+//! light that one part of a convex solid keeps from another does not exist, and the paper's model is of
+//! convex solids.
 //!
-//! An environment lights by its irradiance at the normal, and enters at the one cosine whose Schlick transmittance
-//! is that of diffuse light.
+//! An environment lights by its irradiance at the normal, and enters at the one cosine whose Schlick
+//! transmittance is that of diffuse light.
 
 use super::Frame;
 use crate::numeric::{order::max, parallel};

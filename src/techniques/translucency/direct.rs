@@ -1,10 +1,11 @@
-//! `translucency.direct`: light that leaves where it entered (fig. 10a), which the accumulation of §2 leaves out.
+//! `translucency.direct`: light that leaves where it entered (fig. 10a), which the accumulation of §2 leaves
+//! out.
 //!
-//! The paper does not say how its directly lit surface is shaded. Here it is what the same dipole says of light that
-//! leaves at once: a diffuse albedo of the total reflectance R_d behind a Fresnel boundary,
-//! L = 1/π · F_t(η, ω_out) · R_d · F_t(η, ω_in) · E, shadowed by the first depth; and a highlight of exponent
-//! `gloss`, the normalised Blinn-Phong lobe with Schlick's reflectance. An environment gives its irradiance, without
-//! shadow or highlight.
+//! The paper does not say how its directly lit surface is shaded. Here it is what the same dipole says of
+//! light that leaves at once: a diffuse albedo of the total reflectance R_d behind a Fresnel boundary, L =
+//! 1/π · F_t(η, ω_out) · R_d · F_t(η, ω_in) · E, shadowed by the first depth; and a highlight of exponent
+//! `gloss`, the normalised Blinn-Phong lobe with Schlick's reflectance. An environment gives its irradiance,
+//! without shadow or highlight.
 
 use super::gbuffer::shade;
 use super::lookup::{Footprints, slack};
@@ -14,7 +15,7 @@ use crate::numeric::order::max;
 use crate::numeric::single::pow;
 use crate::numeric::vector::unit_or_zero;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, RGB, Twin};
-use crate::raster::Points;
+use crate::raster::SurfacePoints;
 use crate::sphere::irradiance;
 use crate::world::medium::Medium;
 use glam::Vec3;
@@ -68,7 +69,7 @@ wide! {
         frame: &Frame,
         matrices: &[[[f32; 4]; 4]; 3],
         albedo: Vec3,
-        points: &Points,
+        points: &SurfacePoints,
         out: &mut [[f32; BLOCK]; 3],
     ) {
         let entering = frame.stage.medium.transmittance(Medium::diffuse_cosine());
@@ -90,7 +91,7 @@ wide! {
         first: &[f32],
         albedo: Vec3,
         highlights: &[f32; BLOCK],
-        points: &Points,
+        points: &SurfacePoints,
         out: &mut [[f32; BLOCK]; 3],
     ) {
         let (shadow, light) = (&caster.shadow, frame.stage.lights[caster.light].casting());

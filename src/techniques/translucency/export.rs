@@ -1,5 +1,5 @@
-//! What reproducing a frame elsewhere takes: the conventions spelled out, the camera, lights, shadow and cubemap views,
-//! the material, what each pass computes, and the matrices and coefficients as arrays.
+//! What reproducing a frame elsewhere takes: the conventions spelled out, the camera, lights, shadow and
+//! cubemap views, the material, what each pass computes, and the matrices and coefficients as arrays.
 
 use super::cubemap::{FACES, face_view};
 use super::{Caster, Frame, Settings};
@@ -30,8 +30,9 @@ const ARRAYS: &[(&str, &str)] = &[
 
 pub(super) const EXPORT: Export = Export { arrays: ARRAYS, gather };
 
-/// Gathers it from a stage and all its passes. The facts are `conventions`, `image`, `camera`, `lights`, `shadow`,
-/// `cubemap`, `points`, `bounds`, `material`, `formulas`; the arrays are in the order of [`ARRAYS`].
+/// Gathers it from a stage and all its passes. The facts are `conventions`, `image`, `camera`, `lights`,
+/// `shadow`, `cubemap`, `points`, `bounds`, `material`, `formulas`; the arrays are in the order of
+/// [`ARRAYS`].
 ///
 /// # Errors
 /// Those of [`Frame::new`].
@@ -270,8 +271,8 @@ fn material(medium: &Medium, gloss: f32) -> Json {
     })
 }
 
-/// What each pass computes, in letters that a text editor shows: p a point, n its unit normal, v and l the unit
-/// directions towards the camera and the light.
+/// What each pass computes, in letters that a text editor shows: p a point, n its unit normal, v and l the
+/// unit directions towards the camera and the light.
 fn formulas() -> Json {
     json!({
         "reading": "corrected, evaluated at each pixel, with both cures, the second layer, one accumulation point and \

@@ -1,5 +1,6 @@
-//! `translucency.final`: radiance towards the camera, L = Σ att(dᵢ) Bᵢ over the lights (Eq. 12 with a projection and
-//! a thickness a light: errata T15), plus the direct light; lights are added in the scene's order.
+//! `translucency.final`: radiance towards the camera, L = Σ att(dᵢ) Bᵢ over the lights (Eq. 12 with a
+//! projection and a thickness a light: errata T15), plus the direct light; lights are added in the scene's
+//! order.
 
 use super::{Frame, Show};
 use crate::numeric::{lanes::wide, parallel};

@@ -26,10 +26,11 @@ pub struct Caster {
 pub struct Frame {
     /// Solid, lights and camera.
     pub stage: Stage,
-    /// The solid's bounding box, each half extent at least 10⁻⁴ of the radius so that a flat solid has one too.
+    /// The solid's bounding box, each half extent at least 10⁻⁴ of the radius so that a flat solid has one
+    /// too.
     pub bounds: Bounds,
-    /// The box whose faces the six views of the cubemap fill: the bounding box, or without the cure of blindness the
-    /// cube about its centre that is as wide as its longest side.
+    /// The box whose faces the six views of the cubemap fill: the bounding box, or without the cure of
+    /// blindness the cube about its centre that is as wide as its longest side.
     pub viewed: Bounds,
     /// Where light is accumulated.
     pub points: Points,
@@ -87,8 +88,8 @@ impl Frame {
         self.settings.reading == Reading::Paper
     }
 
-    /// The least thickness with which Eq. 12 is computed, in the scene's unit: the corrected one is bounded and needs
-    /// none but 0.
+    /// The least thickness with which Eq. 12 is computed, in the scene's unit: the corrected one is bounded
+    /// and needs none but 0.
     pub(super) fn smallest_d(&self) -> f32 {
         match self.settings.reading {
             Reading::Corrected => 0.0,
@@ -107,9 +108,9 @@ impl Frame {
         unit_or_zero(self.stage.camera.position - point)
     }
 
-    /// The refracted direction r of §2: the view ray to `point` bent into the medium about the unit `normal` by
-    /// Snell's law; always a unit vector that points inward. Where the interpolated normal is averted from the
-    /// camera, only the ray's tangential part counts.
+    /// The refracted direction r of §2: the view ray to `point` bent into the medium about the unit `normal`
+    /// by Snell's law; always a unit vector that points inward. Where the interpolated normal is averted from
+    /// the camera, only the ray's tangential part counts.
     #[inline(always)]
     pub(super) fn refracted(&self, point: Vec3, normal: Vec3) -> Vec3 {
         let ray = -self.towards_camera(point);
@@ -119,7 +120,8 @@ impl Frame {
     }
 }
 
-/// Where a ray from `point`, inside the box, leaves it, and how far that is: the correction of the shift problem (§3).
+/// Where a ray from `point`, inside the box, leaves it, and how far that is: the correction of the shift
+/// problem (§3).
 #[inline(always)]
 pub(super) fn exit(bounds: &Bounds, point: Vec3, direction: Vec3) -> (Vec3, f32) {
     let (low, high) = (bounds.low, bounds.high);

@@ -4,7 +4,7 @@ use super::Frame;
 use crate::numeric::lanes::BLOCK;
 use crate::numeric::{order::min, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, Twin};
-use crate::raster::{Points, surfaces};
+use crate::raster::{SurfacePoints, surfaces};
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -39,14 +39,14 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     Buffer::f32(&[view.height, view.width, 7], values)
 }
 
-/// An image with some channels a pixel for each of `count` lights or casters, 0 where the camera sees nothing:
-/// `shade(number, points, out)` finds the channels of points that pixels see, side by side. Surfaces lie beyond the near
-/// plane, at a positive depth.
+/// An image with some channels a pixel for each of `count` lights or casters, 0 where the camera sees
+/// nothing: `shade(number, points, out)` finds the channels of points that pixels see, side by side. Surfaces
+/// lie beyond the near plane, at a positive depth.
 pub(super) fn shade<const CHANNELS: usize>(
     frame: &Frame,
     gbuffer: &Buffer,
     count: usize,
-    shade: impl Fn(usize, &Points, &mut [[f32; BLOCK]; CHANNELS]) + Sync,
+    shade: impl Fn(usize, &SurfacePoints, &mut [[f32; BLOCK]; CHANNELS]) + Sync,
 ) -> Buffer {
     let (pixels, texels) = (frame.view.width * frame.view.height, gbuffer.as_f32());
     let size = [count, pixels * CHANNELS];
@@ -59,7 +59,7 @@ pub(super) fn shade<const CHANNELS: usize>(
             covered[count] = pixel as u16;
             count += usize::from(texel[6] > 0.0);
         }
-        let (mut points, mut shaded) = (Points::NONE, [[0.0; BLOCK]; CHANNELS]);
+        let (mut points, mut shaded) = (SurfacePoints::NONE, [[0.0; BLOCK]; CHANNELS]);
         for covered in covered[..count].chunks(BLOCK) {
             points.count = covered.len();
             for (lane, pixel) in covered.iter().enumerate() {

@@ -2,11 +2,11 @@
 
 use crate::numeric::lanes::BLOCK;
 use crate::numeric::order::{max, min};
-use crate::raster::{Points, ShadowView};
+use crate::raster::{ShadowView, SurfacePoints};
 use glam::Vec3;
 
-/// The four texels around each of several points, and their bilinear weights. Texels outside the map are those of its
-/// edge.
+/// The four texels around each of several points, and their bilinear weights. Texels outside the map are
+/// those of its edge.
 pub(super) struct Footprints {
     texels: [[u32; BLOCK]; 4],
     weights: [[f32; BLOCK]; 4],
@@ -14,7 +14,7 @@ pub(super) struct Footprints {
 
 impl Footprints {
     #[inline(always)]
-    pub(super) fn new(shadow: &ShadowView, points: &Points) -> Self {
+    pub(super) fn new(shadow: &ShadowView, points: &SurfacePoints) -> Self {
         let mut all = Self { texels: [[0; BLOCK]; 4], weights: [[0.0; BLOCK]; 4] };
         let size = shadow.view.width as i32;
         for lane in 0..BLOCK {
@@ -77,9 +77,9 @@ fn between(at: f32, size: i32) -> (i32, i32, f32) {
     (held(below), held(below.saturating_add(1)), at - below as f32)
 }
 
-/// How much farther than a texel says a point of its surface may lie: a texel's width, plus what a surface that
-/// the light meets at `cosine` climbs across it. Within the last texel of its silhouette a sphere as wide as a map of
-/// n texels climbs √n of them; nothing rounder than that is asked for more.
+/// How much farther than a texel says a point of its surface may lie: a texel's width, plus what a surface
+/// that the light meets at `cosine` climbs across it. Within the last texel of its silhouette a sphere as
+/// wide as a map of n texels climbs √n of them; nothing rounder than that is asked for more.
 #[inline(always)]
 pub(super) fn slack(shadow: &ShadowView, point: Vec3, cosine: f32) -> f32 {
     let cosine = cosine.abs();

@@ -1,8 +1,9 @@
 //! `translucency.matrices`: three symmetric 4×4 matrices a light, one a colour, whose quadratic form is the
-//! radiosity (Eq. 11 after Ramamoorthi and Hanrahan 2001); of several accumulation points (`points`) three each.
+//! radiosity (Eq. 11 after Ramamoorthi and Hanrahan 2001); of several accumulation points (`points`) three
+//! each.
 //!
-//! Decides errata T1 (the last row mirrors the last column), T9 (the constants are exact) and T10: the constants
-//! already hold the clamped cosine, so a constant E gives B = πE; `attenuation` divides by that π.
+//! Decides errata T1 (the last row mirrors the last column), T9 (the constants are exact) and T10: the
+//! constants already hold the clamped cosine, so a constant E gives B = πE; `attenuation` divides by that π.
 //!
 //! To the letter the last row has c₁E₁₁ and c₂E₂₋₁ where the last column has c₂E₁₁ and c₂E₁₋₁, and
 //! the constants have six digits, of which c₂'s and c₃'s last is wrong; nothing divides by π.

@@ -1,6 +1,6 @@
 //! Translucent solids after Banterle and Chalmers, "A Fast Translucency Appearance Model for Real-Time
-//! Applications": light is accumulated in one point as nine spherical-harmonic coefficients a colour, and leaves
-//! attenuated by the thickness that a shadow map measures.
+//! Applications": light is accumulated in one point as nine spherical-harmonic coefficients a colour, and
+//! leaves attenuated by the thickness that a shadow map measures.
 //!
 //! ```text
 //! cubemap → transmit → projection → matrices ─────────────→ radiosity ──┐
@@ -14,9 +14,10 @@
 //!
 //! Light is accumulated in one point or, as §5 hopes for, in several (`points`).
 //!
-//! Every pass has the corrected reading of the errata and, under [`Reading::Paper`](crate::keys::Reading::Paper), the letter of the print; its head
-//! says which rows it decides, why, and what the letter does there. Where the paper says nothing, or what cannot be
-//! computed (T5, T8, T13, T14, T15), both readings are one.
+//! Every pass has the corrected reading of the errata and, under
+//! [`Reading::Paper`](crate::keys::Reading::Paper), the letter of the print; its head says which rows it
+//! decides, why, and what the letter does there. Where the paper says nothing, or what cannot be computed
+//! (T5, T8, T13, T14, T15), both readings are one.
 
 mod attenuation;
 mod blur;
@@ -91,7 +92,8 @@ pub const PASSES: [Pass<Frame>; 15] = [
     final_::PASS,
 ];
 
-/// Pixels or texels that a pass computes together: a constant, so that the order of a thread's work cannot show.
+/// Pixels or texels that a pass computes together: a constant, so that the order of a thread's work cannot
+/// show.
 const RUN: usize = 1024;
 
 fn length(outline: &Outline<'_>, info: &Info, axis: Axis) -> Option<usize> {
@@ -106,8 +108,8 @@ fn length(outline: &Outline<'_>, info: &Info, axis: Axis) -> Option<usize> {
     }
 }
 
-/// While the cubemap is made: a texel's triangle, what its tile holds while it is filled, and its corner's share of solid
-/// angles.
+/// While the cubemap is made: a texel's triangle, what its tile holds while it is filled, and its corner's
+/// share of solid angles.
 fn scratch(outline: &Outline<'_>, info: &Info) -> Option<(&'static str, u64)> {
     let texels = 6 * (Settings::read(outline.values).cubemap as u64).pow(2);
     (info.name == "translucency.cubemap").then_some((info.knob, texels * (4 + 14 + 8)))

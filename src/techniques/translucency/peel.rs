@@ -1,6 +1,6 @@
-//! `translucency.peel`: the distance from each casting light to the second surface, where the light that entered at the
-//! first leaves again: one step of depth peeling (§3, Everitt 2001). Its depth is the greatest below the first's, which
-//! `shadow` has found already.
+//! `translucency.peel`: the distance from each casting light to the second surface, where the light that
+//! entered at the first leaves again: one step of depth peeling (§3, Everitt 2001). Its depth is the greatest
+//! below the first's, which `shadow` has found already.
 
 use super::Frame;
 use super::shadow::distances_of;

@@ -1,19 +1,21 @@
-//! The accumulation points x_a of §2: one, or several between which the radiosity is interpolated (the extension that §5
-//! hopes for, and leaves open).
+//! The accumulation points x_a of §2: one, or several between which the radiosity is interpolated (the
+//! extension that §5 hopes for, and leaves open).
 //!
-//! The box that the cubemap's views fill is divided into equal parts, and each part's middle is a point. `projection`
-//! computes Eq. 6 and `matrices` Eq. 11 for every point, `radiosity` Eq. 10 for those around the point that is shaded.
+//! The box that the cubemap's views fill is divided into equal parts, and each part's middle is a point.
+//! `projection` computes Eq. 6 and `matrices` Eq. 11 for every point, `radiosity` Eq. 10 for those around the
+//! point that is shaded.
 //!
-//! Every point sees all of the one external cubemap, in directions from itself: a texel that is near counts for more. A
-//! point's directions are those of the frame in which its own part is a cube. With one part that is the box's frame, the
-//! cure of blindness; with parts that are cubes it is the world's, without distortion. So an elongated box is divided
-//! along its length alone, and every box into parts that are as near to cubes as whole numbers allow.
+//! Every point sees all of the one external cubemap, in directions from itself: a texel that is near counts
+//! for more. A point's directions are those of the frame in which its own part is a cube. With one part that
+//! is the box's frame, the cure of blindness; with parts that are cubes it is the world's, without
+//! distortion. So an elongated box is divided along its length alone, and every box into parts that are as
+//! near to cubes as whole numbers allow.
 
 use crate::numeric::order::{clamp, max};
 use glam::Vec3;
 
-/// The accumulation points of a box, x counting fastest and z slowest. Without a unit: places are relative to the box.
-/// Source: ours, after §5.
+/// The accumulation points of a box, x counting fastest and z slowest. Without a unit: places are relative to
+/// the box. Source: ours, after §5.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Points {
     /// Parts along x, y and z.
@@ -21,8 +23,8 @@ pub struct Points {
 }
 
 impl Points {
-    /// `along` points along the longest side of a box with these half extents, and along the others in proportion, at
-    /// least one.
+    /// `along` points along the longest side of a box with these half extents, and along the others in
+    /// proportion, at least one.
     pub(super) fn new(half: Vec3, along: usize) -> Self {
         let longest = half.max_element();
         // The nearest whole number; a conversion rounds towards 0.
@@ -55,8 +57,9 @@ impl Points {
         Vec3::from_array([0, 1, 2].map(|axis| (2 * at[axis] + 1) as f32 - self.counts[axis] as f32))
     }
 
-    /// The points around `at`, a place in the frame in which the box is the cube ±1, and their trilinear weights, which
-    /// are above 0 and sum to 1. Beyond the outermost points their values hold: nothing is extrapolated.
+    /// The points around `at`, a place in the frame in which the box is the cube ±1, and their trilinear
+    /// weights, which are above 0 and sum to 1. Beyond the outermost points their values hold: nothing is
+    /// extrapolated.
     pub(super) fn around(self, at: Vec3) -> impl Iterator<Item = (usize, f32)> {
         let mut cell = [[(0, 0.0); 2]; 3];
         for (axis, ends) in cell.iter_mut().enumerate() {

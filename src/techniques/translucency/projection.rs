@@ -1,17 +1,18 @@
-//! `translucency.projection`: the cubemap in nine spherical harmonics, E_lm = ∫ E Y_lm dω (Eq. 6, with the basis
-//! of Eq. 7, 8 and 9 in the reading of errata T2: sin |m|φ, without the Condon-Shortley phase).
+//! `translucency.projection`: the cubemap in nine spherical harmonics, E_lm = ∫ E Y_lm dω (Eq. 6, with the
+//! basis of Eq. 7, 8 and 9 in the reading of errata T2: sin |m|φ, without the Condon-Shortley phase).
 //!
-//! To the letter of Eq. 9 the functions with m < 0 have −sin |m|φ, so E₁₋₁, E₂₋₂ and E₂₋₁ have the other sign, which
-//! the constants of Eq. 11 do not expect.
+//! To the letter of Eq. 9 the functions with m < 0 have −sin |m|φ, so E₁₋₁, E₂₋₂ and E₂₋₁ have the other
+//! sign, which the constants of Eq. 11 do not expect.
 //!
-//! The integral is a sum over texels: E times the basis at the texel's centre times the texel's exact solid angle.
-//! A row is summed from left to right and rows pairwise, in f64, so that the sum's error stays below that of its
-//! terms at any size.
+//! The integral is a sum over texels: E times the basis at the texel's centre times the texel's exact solid
+//! angle. A row is summed from left to right and rows pairwise, in f64, so that the sum's error stays below
+//! that of its terms at any size.
 //!
-//! Of several accumulation points (`points`) each sees the same texels, in directions and under solid angles of its own.
+//! Of several accumulation points (`points`) each sees the same texels, in directions and under solid angles
+//! of its own.
 //!
-//! A texel that sees nothing counts as E = 0, as in the paper, so light is lost where the solid does not fill its box:
-//! a constant irradiance on a sphere gives 0.879 of the c00 that it gives on a box.
+//! A texel that sees nothing counts as E = 0, as in the paper, so light is lost where the solid does not fill
+//! its box: a constant irradiance on a sphere gives 0.879 of the c00 that it gives on a box.
 
 use super::Frame;
 use super::cubemap::FACES;
@@ -79,7 +80,8 @@ struct Basis {
     scale: DVec3,
     place: DVec3,
     evaluate: fn(usize, [f64; 3], &mut [f64]),
-    /// For each face, or for all where they are alike, an antiderivative of the solid angle at the texels' corners.
+    /// For each face, or for all where they are alike, an antiderivative of the solid angle at the texels'
+    /// corners.
     corners: Vec<Vec<f64>>,
 }
 
@@ -94,7 +96,8 @@ impl Basis {
             let [right, up] = FACES[face].map(|axis| axis.as_dvec3());
             let ahead = right.cross(up);
             let extent = |axis: DVec3| scale.dot(axis.abs());
-            // ∫∫ d (d² + u² + v²)^(−3/2) du dv at distance d, by which a rectangle's solid angle is four differences.
+            // ∫∫ d (d² + u² + v²)^(−3/2) du dv at distance d, by which a rectangle's solid angle is four
+            // differences.
             let d = extent(ahead) - place.dot(ahead);
             let integral = |u: f64, v: f64| atan2(u * v, d * (u * u + v * v + d * d).sqrt());
             let at = |x: usize, y: usize| {
@@ -108,8 +111,8 @@ impl Basis {
         Self { size, scale, place, evaluate, corners }
     }
 
-    /// Y_lm of the direction from the point to the texel `x` of a row, counted over all faces, times the solid angle
-    /// under which the point sees the texel.
+    /// Y_lm of the direction from the point to the texel `x` of a row, counted over all faces, times the
+    /// solid angle under which the point sees the texel.
     #[inline]
     fn texel(&self, row: usize, x: usize) -> [f64; 9] {
         let (face, y) = (row / self.size, row % self.size);

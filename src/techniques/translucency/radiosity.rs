@@ -1,21 +1,25 @@
-//! `translucency.radiosity`: B = [r, 1]ᵗ M [r, 1] with the refracted direction r (Eq. 10, which stands for Eq. 5).
+//! `translucency.radiosity`: B = [r, 1]ᵗ M [r, 1] with the refracted direction r (Eq. 10, which stands for
+//! Eq. 5).
 //!
-//! Decides errata T5 (the hemisphere of Eq. 5 is about r, so B is not negative for a cubemap that is not) and T13:
-//! r depends on the view as well as on the normal; M takes the 4-vector (r, 1).
+//! Decides errata T5 (the hemisphere of Eq. 5 is about r, so B is not negative for a cubemap that is not) and
+//! T13: r depends on the view as well as on the normal; M takes the 4-vector (r, 1).
 //!
-//! The accumulation point is the box's centre, the point that is shaded lies elsewhere: the lookup follows the
-//! refracted ray from the point to where it leaves the bounding box, and takes the direction from the centre to
-//! there, in the frame in which the box is a cube (§3: the cure of shift, with that of blindness). Of several
-//! accumulation points (`points`) those around the shaded one are interpolated, each with a lookup from itself.
+//! The accumulation point is the box's centre, the point that is shaded lies elsewhere: the lookup follows
+//! the refracted ray from the point to where it leaves the bounding box, and takes the direction from the
+//! centre to there, in the frame in which the box is a cube (§3: the cure of shift, with that of blindness).
+//! Of several accumulation points (`points`) those around the shaded one are interpolated, each with a lookup
+//! from itself.
 //!
 //! Without `shift_cure` the direction is the refracted one itself, as from the centre (fig. 7a); without
-//! `blindness_cure` the box is the cube that the views of `cubemap` fill, where the ray may point at what they left
-//! empty (fig. 7b).
+//! `blindness_cure` the box is the cube that the views of `cubemap` fill, where the ray may point at what
+//! they left empty (fig. 7b).
 //!
-//! Fig. 6 compares two evaluations: at each pixel, or with `evaluation = "vertex"` at each vertex, with the refracted
-//! direction and the lookup of the vertex, and interpolated with the weights of position and normal.
+//! Fig. 6 compares two evaluations: at each pixel, or with `evaluation = "vertex"` at each vertex, with the
+//! refracted direction and the lookup of the vertex, and interpolated with the weights of position and
+//! normal.
 //!
-//! Nine coefficients ring below zero opposite a bright side; B is held to ≥ 0. To the letter it is what Eq. 10 gives.
+//! Nine coefficients ring below zero opposite a bright side; B is held to ≥ 0. To the letter it is what Eq.
+//! 10 gives.
 
 use super::frame::exit;
 use super::gbuffer::shade;
@@ -24,7 +28,7 @@ use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::vector::unit_or_zero;
 use crate::numeric::{order::max, parallel};
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, RGB, Twin};
-use crate::raster::Points;
+use crate::raster::SurfacePoints;
 use crate::sphere::irradiance;
 use glam::Vec3;
 
@@ -107,7 +111,7 @@ fn at_vertices(frame: &Frame, matrices: &[Matrices]) -> Vec<[f32; 3]> {
 
 wide! {
     /// The radiosity at points of the surface for the matrices of the one accumulation point.
-    fn radiosities(frame: &Frame, matrices: &Matrices, points: &Points, out: &mut [[f32; BLOCK]; 3]) {
+    fn radiosities(frame: &Frame, matrices: &Matrices, points: &SurfacePoints, out: &mut [[f32; BLOCK]; 3]) {
         for lane in 0..BLOCK {
             [out[0][lane], out[1][lane], out[2][lane]] =
                 radiosity(frame, matrices, points.position(lane), points.normal(lane));

@@ -156,17 +156,18 @@ pub struct Settings {
     pub blur: usize,
     /// Which reading of the equations.
     pub reading: Reading,
-    /// The thickness at which [`Reading::Paper`] holds the attenuation of Eq. 12, in the scene's unit; `None` for
-    /// 10⁻³ of half the bounding box's diagonal.
+    /// The thickness at which [`Reading::Paper`] holds the attenuation of Eq. 12, in the scene's unit; `None`
+    /// for 10⁻³ of half the bounding box's diagonal.
     pub smallest_d: Option<f32>,
     /// Where the radiosity is evaluated.
     pub evaluation: Evaluation,
     /// Whether only points up to the second surface that the light meets receive it (fig. 9); else all do.
     pub second_layer: bool,
-    /// Whether the radiosity is looked up where the refracted ray leaves the box (the cure of fig. 7a); else along
-    /// the ray's direction from the centre.
+    /// Whether the radiosity is looked up where the refracted ray leaves the box (the cure of fig. 7a); else
+    /// along the ray's direction from the centre.
     pub shift_cure: bool,
-    /// Whether the six views fill the solid's bounding box (fig. 8, the cure of fig. 7b); else a cube around it.
+    /// Whether the six views fill the solid's bounding box (fig. 8, the cure of fig. 7b); else a cube around
+    /// it.
     pub blindness_cure: bool,
     /// What a light's shadow map just holds.
     pub fit: Fit,

@@ -1,15 +1,16 @@
-//! `translucency.thickness`: how far the light has come through the solid to each pixel's point (§2.2, fig. 9).
+//! `translucency.thickness`: how far the light has come through the solid to each pixel's point (§2.2, fig.
+//! 9).
 //!
-//! Decides errata T12: the thickness is the point's distance from the light less the blurred first distance, both
-//! linear and radial; the subtraction is printed the other way round. Blurring and rounding make it negative on lit
-//! surfaces: it is held to d ≥ 0. The letter's depth less the distance is negative in the solid, where it would make
-//! Eq. 12 negative everywhere; the paper means a thickness, so its reading has the corrected order too, but is not
-//! held: it records the negative d that blurring leaves.
+//! Decides errata T12: the thickness is the point's distance from the light less the blurred first distance,
+//! both linear and radial; the subtraction is printed the other way round. Blurring and rounding make it
+//! negative on lit surfaces: it is held to d ≥ 0. The letter's depth less the distance is negative in the
+//! solid, where it would make Eq. 12 negative everywhere; the paper means a thickness, so its reading has the
+//! corrected order too, but is not held: it records the negative d that blurring leaves.
 //!
-//! And T7, of concave solids: only what lies no deeper than the second surface receives scattered light; beyond it the
-//! light has left the solid and entered again (point x_c of fig. 9). The test is made at four texels, so the share that
-//! is received changes over the width of a texel and not at once. Without `second_layer` every point receives, and x_c
-//! shines through as if the solid were full up to it.
+//! And T7, of concave solids: only what lies no deeper than the second surface receives scattered light;
+//! beyond it the light has left the solid and entered again (point x_c of fig. 9). The test is made at four
+//! texels, so the share that is received changes over the width of a texel and not at once. Without
+//! `second_layer` every point receives, and x_c shines through as if the solid were full up to it.
 
 use super::gbuffer::shade;
 use super::lookup::{Footprints, slack};
@@ -17,7 +18,7 @@ use super::{Caster, Frame};
 use crate::numeric::lanes::{BLOCK, wide};
 use crate::numeric::order::max;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, Preview, Twin};
-use crate::raster::Points;
+use crate::raster::SurfacePoints;
 
 pub(super) const PASS: Pass<Frame> = Pass {
     info: Info {
@@ -47,7 +48,7 @@ wide! {
         caster: &Caster,
         first: &[f32],
         second: &[f32],
-        points: &Points,
+        points: &SurfacePoints,
         out: &mut [[f32; BLOCK]; 2],
     ) {
         let (shadow, light) = (&caster.shadow, frame.stage.lights[caster.light].casting());

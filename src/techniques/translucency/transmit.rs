@@ -1,5 +1,5 @@
-//! `translucency.transmit`: the irradiance that enters, F_t(η, ω_in) E (§2.1), with Schlick's approximation of the
-//! Fresnel transmittance (Schlick 1994) at the cosine that `cubemap` recorded.
+//! `translucency.transmit`: the irradiance that enters, F_t(η, ω_in) E (§2.1), with Schlick's approximation
+//! of the Fresnel transmittance (Schlick 1994) at the cosine that `cubemap` recorded.
 
 use super::Frame;
 use crate::numeric::parallel;

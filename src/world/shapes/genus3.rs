@@ -10,8 +10,8 @@ use crate::world::mesh::Mesh;
 /// The finest [`genus3`]: 9 million triangles.
 pub const MAX_GENUS3_RESOLUTION: usize = 64;
 
-/// Point sources along each of the six arcs: at a spacing of half the kernel's width the sum ripples by e^−4π,
-/// 3e-6 of itself, about the integral.
+/// Point sources along each of the six arcs: at a spacing of half the kernel's width the sum ripples by
+/// e^−4π, 3e-6 of itself, about the integral.
 const SOURCES: usize = 24;
 
 /// Width of a source's kernel.
@@ -40,9 +40,9 @@ const CHUNK: usize = 256;
 ///
 /// The surface is a level set of the sum of Cauchy kernels 1/(1 + r²/w²)² along six great arcs (a convolution
 /// surface: Bloomenthal and Shoemake 1991, with the kernel of McCormack and Sherstyuk 1998), so it has
-/// derivatives of every order; the normals are the field's gradient. Naive surface nets (Gibson 1998) on a fixed
-/// grid, evened out, make one base mesh of genus 3, whose triangles are then cut into `resolution`² each and
-/// projected onto the surface: the genus is the same at every resolution.
+/// derivatives of every order; the normals are the field's gradient. Naive surface nets (Gibson 1998) on a
+/// fixed grid, evened out, make one base mesh of genus 3, whose triangles are then cut into `resolution`²
+/// each and projected onto the surface: the genus is the same at every resolution.
 ///
 /// The base mesh has 1,086 vertices and 2,180 triangles.
 ///
@@ -135,8 +135,8 @@ fn base(field: &Field) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (points, triangles)
 }
 
-/// One vertex in each cell that the surface passes, at the mean of where it crosses the cell's edges; one quad
-/// around each crossed edge of the grid, counter-clockwise seen from outside.
+/// One vertex in each cell that the surface passes, at the mean of where it crosses the cell's edges; one
+/// quad around each crossed edge of the grid, counter-clockwise seen from outside.
 fn surface_nets(field: &Field) -> (Vec<DVec3>, Vec<[u32; 4]>) {
     let side = CELLS + 1;
     let strides = [1, side, side * side];

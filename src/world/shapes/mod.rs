@@ -1,5 +1,5 @@
-//! Procedural shapes: closed meshes that face outward, at any resolution, from arithmetic and `numeric` alone,
-//! so with the same bits on every processor.
+//! Procedural shapes: closed meshes that face outward, at any resolution, from arithmetic and `numeric`
+//! alone, so with the same bits on every processor.
 //!
 //! Each is about one unit in radius around the origin: [`Mesh::apply`] puts it into a scene.
 
@@ -101,8 +101,8 @@ pub fn cuboid(half_extents: Vec3, resolution: usize) -> Result<Mesh, Error> {
     Mesh::new(positions, Some(normals), triangles)
 }
 
-/// A tube of radius `tube` along the torus knot that runs `p` times around the y axis while it winds `q` times
-/// around the core circle: (2, 3) and (3, 2) are trefoils, (1, 0) a plain ring.
+/// A tube of radius `tube` along the torus knot that runs `p` times around the y axis while it winds `q`
+/// times around the core circle: (2, 3) and (3, 2) are trefoils, (1, 0) a plain ring.
 ///
 /// The curve ((1 + 0.45 cos qt) cos pt, 0.45 sin qt, (1 + 0.45 cos qt) sin pt) lies on a torus; that torus's
 /// normal, perpendicular to the curve everywhere, is the first axis of the tube's frame, so the frame closes
@@ -159,8 +159,9 @@ pub fn torus_knot(p: u32, q: u32, tube: f32, along: usize, around: usize) -> Res
     Mesh::new(positions, Some(normals), triangles)
 }
 
-/// Every edge of the faces in `parts` equal parts, every face in `parts`² triangles of the same sense; vertices
-/// on an edge are shared by its faces. The corners keep their numbers; then come those on edges, then inner ones.
+/// Every edge of the faces in `parts` equal parts, every face in `parts`² triangles of the same sense;
+/// vertices on an edge are shared by its faces. The corners keep their numbers; then come those on edges,
+/// then inner ones.
 fn subdivide(corners: &[DVec3], faces: &[[u32; 3]], parts: usize) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let mut points = corners.to_vec();
     let mut edges = BTreeMap::new();
@@ -224,7 +225,8 @@ mod tests {
     use super::*;
     use crate::numeric::order;
 
-    /// Closed, outward, one normal for each vertex that agrees with the faces around it, no degenerate triangle.
+    /// Closed, outward, one normal for each vertex that agrees with the faces around it, no degenerate
+    /// triangle.
     #[track_caller]
     pub(super) fn check_shape(mesh: &Mesh, euler_characteristic: i64, agreement: f32) {
         let facts = mesh.facts();

@@ -1,8 +1,8 @@
-//! Times rays against Embree 4, side by side: `tests/peers/embree/run.sh` builds both halves and starts this one with the
-//! path of the other.
+//! Times rays against Embree 4, side by side: `tests/peers/embree/run.sh` builds both halves and starts this
+//! one with the path of the other.
 //!
-//! Both get the same mesh and the same rays, answer on one thread and take turns. The measure is CPU time by the system's
-//! own count. In how many rays the two answers differ stands beside it.
+//! Both get the same mesh and the same rays, answer on one thread and take turns. The measure is CPU time by
+//! the system's own count. In how many rays the two answers differ stands beside it.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program talks to its terminal")]
 
@@ -99,9 +99,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The columns that all tables of rays end with: million rays a CPU second, Embree's by calls of 1, 8 and 16 rays and those
-/// of its robust scene; CPU time over that of the fastest of Embree's plain scene; of a million rays, how many the plain
-/// and the robust scene answer otherwise than bitlight.
+/// The columns that all tables of rays end with: million rays a CPU second, Embree's by calls of 1, 8 and 16
+/// rays and those of its robust scene; CPU time over that of the fastest of Embree's plain scene; of a
+/// million rays, how many the plain and the robust scene answer otherwise than bitlight.
 const RAYS_COLUMNS: [&str; 9] =
     ["rays", "bitlight", "Embree by 1", "by 8", "by 16", "robust", "ratio", "differ", "differ, robust"];
 
@@ -277,8 +277,9 @@ impl Bench {
         })
     }
 
-    /// Measures one row and prints it. `calls` are the peer's ways of a plain (0) or robust (1) scene: of each width the
-    /// one that is fastest in a trial is timed. `count` counts the rays and those whose answers differ.
+    /// Measures one row and prints it. `calls` are the peer's ways of a plain (0) or robust (1) scene: of
+    /// each width the one that is fastest in a trial is timed. `count` counts the rays and those whose
+    /// answers differ.
     fn row(
         &self,
         name: &str,

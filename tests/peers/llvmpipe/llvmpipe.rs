@@ -1,8 +1,8 @@
-//! Times the bunny's G-buffer against Mesa llvmpipe, side by side: `tests/peers/llvmpipe/run.sh` builds both halves and
-//! starts this one with the path of the other.
+//! Times the bunny's G-buffer against Mesa llvmpipe, side by side: `tests/peers/llvmpipe/run.sh` builds both
+//! halves and starts this one with the path of the other.
 //!
-//! Both get the same mesh, normals and matrix and take turns of a few frames. The measure is CPU time, of all threads of
-//! a process, by the system's own count. That both draw the same is checked first.
+//! Both get the same mesh, normals and matrix and take turns of a few frames. The measure is CPU time, of all
+//! threads of a process, by the system's own count. That both draw the same is checked first.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program talks to its terminal")]
 

@@ -1,5 +1,6 @@
-//! Compares the truth with Mitsuba 3, pixel by pixel: `tests/peers/mitsuba/run.sh` starts this with the folder of Mitsuba's
-//! environment, and of scenes if not all are wanted. Then both render in turns, on one thread each, and the measure is CPU time.
+//! Compares the truth with Mitsuba 3, pixel by pixel: `tests/peers/mitsuba/run.sh` starts this with the
+//! folder of Mitsuba's environment, and of scenes if not all are wanted. Then both render in turns, on one
+//! thread each, and the measure is CPU time.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program talks to its terminal")]
 #![allow(clippy::disallowed_methods, reason = "statistics of results, not results")]

@@ -1,4 +1,5 @@
-//! The scenes that Mitsuba renders too, from the tables that it wrote, and the test of both programs' radiance.
+//! The scenes that Mitsuba renders too, from the tables that it wrote, and the test of both programs'
+//! radiance.
 
 #![allow(dead_code, reason = "each program takes what it needs")]
 
@@ -146,8 +147,8 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
-    /// Compares element by element and channel by channel what is not 0 without variance on both sides; `passes` are
-    /// those that `theirs` are from.
+    /// Compares element by element and channel by channel what is not 0 without variance on both sides;
+    /// `passes` are those that `theirs` are from.
     pub(crate) fn new(ours: &[Estimate], theirs: &[Estimate], passes: usize) -> Self {
         let mut values = vec![];
         for (ours, theirs) in ours.iter().zip(theirs) {
@@ -174,7 +175,8 @@ impl Outcome {
     }
 }
 
-/// The |t| that is exceeded with a chance of `level`, for many degrees of freedom (Abramowitz and Stegun, 26.7.5).
+/// The |t| that is exceeded with a chance of `level`, for many degrees of freedom (Abramowitz and Stegun,
+/// 26.7.5).
 fn student(level: f64, freedom: usize) -> f64 {
     let [mut low, mut high] = [0.0, 40.0];
     for _ in 0..100 {
