@@ -1,8 +1,8 @@
-//! Makes the tables of speed in the README: prints them, or puts them into a file between the marks that are
-//! there.
+//! Makes the tables of speed in docs/measurements.md: prints them, or puts them between the marks of that
+//! file.
 //!
 //! ```sh
-//! BITLIGHT_ASSETS=… cargo bench --bench table -- README.md
+//! BITLIGHT_ASSETS=… cargo bench --bench table -- docs/measurements.md
 //! ```
 //!
 //! Every figure is a median over frames of which each has another camera, light and shape. One thread and two
@@ -147,7 +147,7 @@ fn tables() -> Result<String, Error> {
         pools[1].install(|| Workload::new(model, frames, set, &assets))
     };
     let mut text = format!(
-        "Measured on {}, on {},\nby `BITLIGHT_ASSETS=… cargo bench --bench table -- README.md`.\n\n",
+        "Measured on {}, on {},\nby `BITLIGHT_ASSETS=… cargo bench --bench table -- docs/measurements.md`.\n\n",
         today()?,
         machine()?
     );
@@ -182,8 +182,8 @@ fn tables() -> Result<String, Error> {
          paper's GPU | ns a triangle | ns a covered pixel",
         &rows,
     );
-    text += "\nUndisturbed is the rate that a tenth of the frames reach: the machine's clock changes by up to 40 % with its \
-             neighbours' work.\n";
+    text += "\nUndisturbed is the rate that the fastest tenth of the frames reaches. Other work on the machine slows down the \
+             rest.\n";
     let (_, work, times) = &solids[0];
     text += "\nThe bunny pass by pass:\n\n";
     let head = "pass | ms, 1 thread | ms, 2 threads | speed-up | share | 1 thread";
@@ -213,7 +213,7 @@ fn tables() -> Result<String, Error> {
     writeln!(
         text,
         "\nThe bunny's G-buffer alone (depth, normal, position) at 1024²: {:.1} ms on one thread, {:.1} ms on two.\n\
-         [tests/peers](tests/peers/README.md) holds it against Mesa llvmpipe.",
+         [tests/peers](../tests/peers/README.md) compares it with Mesa llvmpipe.",
         total[0], total[1]
     )
     .map_err(|error| Error::new(error.to_string()))?;

@@ -1,6 +1,6 @@
 //! How much the nine coefficients E_lm depend on the size of the cubemap's faces: §4 of the translucency
-//! paper chose 64 texels, since 128 and 256 made no significant difference. Prints the table in README.md,
-//! from the real models:
+//! paper chose 64 texels, since 128 and 256 made no significant difference. Prints the table in
+//! docs/measurements.md, from the real models:
 //!
 //! ```sh
 //! BITLIGHT_ASSETS=… cargo run --release --example faces
@@ -29,9 +29,6 @@ fn main() -> ExitCode {
 }
 
 fn table() -> Result<(), Error> {
-    println!(
-        "The change of E_lm against faces of 512², in % of the length of the nine, green, of the point light.\n"
-    );
     println!("| model | faces | all nine | E00 | E1-1 | E10 | E11 | E2-2 | E2-1 | E20 | E21 | E22 |");
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     for model in ["bunny", "buddha", "armadillo"] {
