@@ -53,6 +53,12 @@ impl Error {
         self.remedy.get_or_insert_with(|| remedy.into());
         self
     }
+    /// Says what would put it right, in place of what was said before.
+    #[must_use]
+    pub fn cure(mut self, remedy: impl Into<String>) -> Self {
+        self.remedy = Some(remedy.into());
+        self
+    }
 }
 
 impl fmt::Display for Error {

@@ -38,7 +38,8 @@
 //! use glam::Vec3;
 //!
 //! let (width, height) = (64, 32);
-//! let sky = (0..width * height).map(|texel| if texel < width * height / 2 { Vec3::ONE } else { Vec3::ZERO });
+//! let white = |texel| texel < width * height / 2;
+//! let sky = (0..width * height).map(|texel| if white(texel) { Vec3::ONE } else { Vec3::ZERO });
 //! let coefficients = LatLong::new(width, height, sky.collect())?.project(3);
 //! let matrices = irradiance::matrix(&coefficients.try_into().unwrap());
 //! let floor = irradiance::evaluate(&matrices[0], Vec3::Y);

@@ -404,7 +404,7 @@ fn init_writes_a_scene_that_renders() {
 #[test]
 fn info_describes_an_image() {
     let (_keep, out) = folder();
-    render(&out, &["--passes", "visibility"]);
+    render(&out, &["--passes", "vbuffer"]);
     let text = stdout(&bitlight(&["info", &format!("{out}/knot.exr")]));
     assert!(text.contains("translucency.vbuffer (24 x 16)") && text.contains("u32"), "{text}");
     assert_eq!(bitlight(&["info", "Cargo.toml"]).status.code(), Some(2));

@@ -295,7 +295,7 @@ impl Frame {
     /// there the snapping of corners does not decide.
     fn pixels(&self) -> Vec<(usize, Vec3, Vec3)> {
         let camera = self.camera();
-        let seen = self.pass("visibility", "Y");
+        let seen = self.pass("vbuffer", "Y");
         let all = (0..seen.len()).filter(|index| index % 3 == 0);
         let found: Vec<_> = all
             .filter_map(|index| {
@@ -462,7 +462,7 @@ fn a_ray_through_each_pixel_finds_what_the_camera_saw() {
     let frame = &*FRAME;
     let camera = frame.camera();
     let size = [camera.size[0], camera.size[1]];
-    let recorded = frame.pass("visibility", "Y");
+    let recorded = frame.pass("vbuffer", "Y");
     let (mut surfaces, mut other) = (0, 0);
     for (index, recorded) in recorded.iter().enumerate().filter(|(index, _)| index % 3 == 0) {
         let seen = frame.seen(&camera, [index % size[0], index / size[0]]);

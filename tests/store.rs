@@ -63,7 +63,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn a_store_of_this_format_has_these_bits() {
     let place = Place::new();
     let said = done(&place.bake("store", &["--poses", "0..2"]));
-    assert!(said.contains("digest b0e559a37fa04fc1"), "{said}");
+    assert!(said.contains("digest 9f9ffdf626d31d70"), "{said}");
 }
 
 fn stderr(output: &Output) -> String {
@@ -278,10 +278,10 @@ fn a_frame_from_a_store_has_the_digests_of_one_without() {
             for frame in ["a.0002.json", "a.0003.json"] {
                 let [afresh, stored] =
                     ["afresh", "stored"].map(|out| place.digests(&format!("{out}/{frame}")));
-                assert!(
-                    !stored.is_empty() && stored.iter().all(|(name, digest)| afresh[name] == *digest),
-                    "{kind:?}"
-                );
+                assert!(!stored.is_empty(), "{kind:?}");
+                for (name, digest) in &stored {
+                    assert_eq!(afresh.get(name), Some(digest), "{name} of {kind:?}, {passes}");
+                }
                 if passes == "--passes=all" {
                     assert_eq!(afresh, stored, "{kind:?}");
                 }

@@ -86,8 +86,10 @@ impl Golden {
     /// A file that is no manifest, naming it.
     pub fn read(golden: &Path, scene: &Path) -> Result<Option<Self>, Error> {
         let path = Self::path(golden, scene);
-        let read = file::read_if_there(&path, MAX_BYTES, "restore it from version control");
-        let Some(bytes) = read? else { return Ok(None) };
+        let read = file::read_if_there(&path, MAX_BYTES, "");
+        let Some(bytes) = read.map_err(|error| error.cure("restore it from version control"))? else {
+            return Ok(None);
+        };
         let parsed = serde_json::from_slice::<Json>(&bytes).ok();
         let parsed = parsed.and_then(|json| Self::from_json(&json, &path));
         parsed.map(Some).ok_or_else(|| {

@@ -208,8 +208,9 @@ pub const fn infos<F, const N: usize>(table: &[Pass<F>; N]) -> [Info; N] {
     infos
 }
 
-/// Buffers that are there already, by the names of the passes that make them.
-pub type Given = BTreeMap<&'static str, Buffer>;
+/// Passes that do not run, by their names: with the buffer that is there already, or `None` where nothing of the request
+/// uses its values.
+pub type Given = BTreeMap<&'static str, Option<Buffer>>;
 
 /// Which passes of a table a request needs: the wanted ones and all that they read, directly or not. What is
 /// given needs nothing itself. One flag a row.
@@ -250,7 +251,7 @@ pub(crate) fn unknown_pass<'a>(name: &str, known: impl Iterator<Item = &'a str>,
 }
 
 /// Runs the passes that `wanted` needs, but for those that are given, in the table's order, and hands each
-/// result to `recorder`, given ones too.
+/// result to `recorder`, given buffers too.
 ///
 /// # Errors
 /// An unknown name, what the recorder refuses, and a value that is not finite (contract 9), by pass and
@@ -270,8 +271,13 @@ pub fn execute<F>(
         // What no pass reads any more makes room, and memory that is still in the cache, for the next.
         done.retain(|name, _| rows[row..].iter().any(|later| later.info.inputs.contains(name)));
         let info = &pass.info;
+        let there = given.remove(info.name);
+        if matches!(there, Some(None)) {
+            done.insert(info.name, Buffer::f32(&[0], Vec::new()));
+            continue;
+        }
         recorder.begin(info);
-        let buffer = match given.remove(info.name) {
+        let buffer = match there.flatten() {
             Some(buffer) => buffer,
             None => run(pass, frame, &done)?,
         };
@@ -345,12 +351,16 @@ mod tests {
     #[test]
     fn what_is_given_is_not_run_and_needs_nothing() {
         let mut kept = Kept::default();
-        let given =
-            || Given::from([("t.c", Buffer::f32(&[1], vec![40.0])), ("t.b", Buffer::f32(&[1], vec![0.0]))]);
-        execute(&TABLE, &5.0, &["t.d"], given(), &mut kept).unwrap();
+        let given = Given::from([("t.c", Some(Buffer::f32(&[1], vec![40.0])))]);
+        execute(&TABLE, &5.0, &["t.d"], given, &mut kept).unwrap();
         let values: Vec<_> = kept.0.iter().map(|(info, _, buffer)| (info.name, buffer.as_f32()[0])).collect();
         assert_eq!(values, [("t.c", 40.0), ("t.d", 40.0)]);
         assert_eq!(needed(&infos(&TABLE), &["t.d", "t.a"], &["t.c"]).unwrap(), [true, false, true, true]);
+        // Without a buffer it is not recorded either.
+        let table = [TABLE[0], row("t.x", &["t.a"], |_, inputs| inputs.get("t.a").clone())];
+        let mut kept = Kept::default();
+        execute(&table, &1.0, &["t.x"], Given::from([("t.a", None)]), &mut kept).unwrap();
+        assert_eq!((kept.0.len(), kept.0[0].2.data.len()), (1, 0));
     }
 
     #[test]

@@ -119,14 +119,14 @@ pub fn render(
     for info in scene.technique.passes.iter().filter(|info| row.passes.contains(&info.name)) {
         if let Some(chunk) = chunks.remove(info.short()) {
             fits(scene, loaded, info, &chunk).map_err(|error| error.file(folder))?;
-            given.insert(info.name, chunk);
+            given.insert(info.name, Some(chunk));
         } else if self::given(info.name, &stored, wanted) {
             if stored.contains(&info.name) {
                 let what = format!("has no {} of {entry}", info.short());
                 return Err(Error::new(what).file(folder).remedy("bake it again into another folder"));
             }
             // It was made for others that are stored alone: nobody reads its values.
-            given.insert(info.name, Buffer::f32(&vec![0; info.axes.len()], Vec::new()));
+            given.insert(info.name, None);
         }
     }
     loaded.render_from(scene, wanted, given, recorder)

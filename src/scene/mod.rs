@@ -163,8 +163,7 @@ impl Scene {
         let shorter = "check that it is a scene, and leave out what it does not need";
         let bytes = file::read(path, MAX_BYTES, shorter).map_err(|error| match error.remedy.as_deref() {
             Some(remedy) if remedy == shorter => error,
-            _ => Error { remedy: None, ..error }
-                .remedy("`bitlight init TECHNIQUE` writes a scene to start from"),
+            _ => error.cure("`bitlight init TECHNIQUE` writes a scene to start from"),
         })?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;

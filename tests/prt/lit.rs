@@ -103,7 +103,7 @@ fn the_picture_is_interpolated_where_a_ray_meets_the_solid() {
     let up = cross(right, forward);
     let tangent = (15.0_f64).to_radians().tan();
     let r0 = ((1.3_f64 - 1.0) / 2.3).powi(2);
-    let (seen, picture) = (rendered.buffer("seen").as_u32(), rendered.buffer("final").as_f32());
+    let (seen, picture) = (rendered.buffer("vbuffer").as_u32(), rendered.buffer("final").as_f32());
     let [width, height] = rendered.scene.size;
     let (mut found, mut expected) = (Vec::new(), Vec::new());
     for pixel in 0..width * height {
@@ -148,10 +148,10 @@ fn inner_sides_are_black() {
     let sphere = ["solid.shape=sphere", "bend.angle=0", "camera.up=[0,1,0]"];
     let from = |camera: &'static str| Rendered::new(&[&sphere[..], &[camera]].concat());
     let inside = from("camera.position=[1,2,0]");
-    assert!(inside.buffer("seen").as_u32().iter().all(|triangle| *triangle != NONE));
+    assert!(inside.buffer("vbuffer").as_u32().iter().all(|triangle| *triangle != NONE));
     assert!(inside.buffer("final").as_f32().iter().all(|value| *value == 0.0));
     let outside = from("camera.position=[1,0.5,30]");
-    let (seen, picture) = (outside.buffer("seen").as_u32(), outside.buffer("final").as_f32());
+    let (seen, picture) = (outside.buffer("vbuffer").as_u32(), outside.buffer("final").as_f32());
     let pixels: Vec<_> =
         seen.iter().zip(picture.as_chunks::<3>().0).filter(|(seen, _)| **seen != NONE).collect();
     let lit = pixels.iter().filter(|(_, rgb)| **rgb != [0.0; 3]).count();

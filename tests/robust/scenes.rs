@@ -165,7 +165,7 @@ fn what_prt_the_bend_and_the_truth_cannot_take_is_refused() {
         ("truth.bands=33", "truth.bands: is 33"),
         ("truth.bounces=10001", "truth.bounces: is 10001"),
         ("truth.anisotropy=1", "truth.anisotropy: is 1"),
-        ("technique=truth", "technique: is \"truth\", and takes one of \"translucency\", \"prt\""),
+        ("technique=truth", "technique: there is no technique \"truth\""),
     ];
     assert!(Scene::parse(&prt, Path::new("a.toml"), &[]).is_ok());
     for (set, expected) in cases {
@@ -174,7 +174,7 @@ fn what_prt_the_bend_and_the_truth_cannot_take_is_refused() {
     }
     let point = refusal(SCENE, &["technique=prt"]);
     assert!(
-        point.starts_with("a.toml:11: light[0].kind: is point, and prt takes light from far away"),
+        point.starts_with("a.toml:11: light[0].kind: is point, and prt takes environment or directional; it takes light from far away"),
         "{point}"
     );
 }

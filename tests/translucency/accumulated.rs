@@ -127,7 +127,7 @@ fn radiosity() {
                         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(entries[i * 4 + j])));
                     let (expected, tolerance) = match scene.world.per_vertex {
                         true => {
-                            let triangle = scene.buffer("visibility").as_u32()[index] as usize;
+                            let triangle = scene.buffer("vbuffer").as_u32()[index] as usize;
                             let place = ((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
                             let at = |point, normal| radiosity_at(scene, &matrix, point, normal);
                             interpolated(scene, &drawn, at, triangle, place)

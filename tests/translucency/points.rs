@@ -181,7 +181,7 @@ fn radiosity_between_several_points() {
                     let at = |point, normal| radiosity_at(&scene, &parts, matrices, channel, point, normal);
                     let (expected, tolerance) = match scene.world.per_vertex {
                         true => {
-                            let triangle = scene.buffer("visibility").as_u32()[index] as usize;
+                            let triangle = scene.buffer("vbuffer").as_u32()[index] as usize;
                             let place = ((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
                             interpolated(&scene, &drawn, at, triangle, place)
                         }

@@ -1,4 +1,4 @@
-//! The passes that fill pixels, against rays: cubemap, shadow, peel, visibility, gbuffer.
+//! The passes that fill pixels, against rays: cubemap, shadow, peel, vbuffer, gbuffer.
 
 use bitlight_reference::translucency::cube::{FACES, texel_point};
 use bitlight_reference::vector::{add, dot, length, sub};
@@ -174,7 +174,7 @@ fn shadow_and_peel() {
 fn check_visibility(scene: &Rendered, band: f64, one_in: usize) {
     let world = &scene.world;
     let [width, height] = world.camera.size;
-    let recorded = scene.buffer("visibility");
+    let recorded = scene.buffer("vbuffer");
     assert_eq!(recorded.shape, [height, width]);
     let drawn = Drawn::with_band(world, &world.camera, band);
     let (mut unclear, mut covered) = (0, 0);
@@ -203,7 +203,7 @@ fn check_gbuffer(scene: &Rendered) {
     let drawn = Drawn::new(world, &world.camera);
     let mut worst = Worst::new(format!("gbuffer of {}", scene.name));
     let recorded = scene.buffer("gbuffer").as_f32();
-    for (index, triangle) in scene.buffer("visibility").as_u32().iter().enumerate() {
+    for (index, triangle) in scene.buffer("vbuffer").as_u32().iter().enumerate() {
         let found = &recorded[index * 7..][..7];
         if *triangle == NONE {
             assert_eq!(found, [0.0; 7]);
