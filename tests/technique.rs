@@ -5,6 +5,7 @@
 use bitlight::Error;
 use bitlight::compare::{Golden, Verdict};
 use bitlight::keys::{Bears, Key, Kind, Only, PICTURE, Value, Values, names};
+use bitlight::numeric::order::min;
 use bitlight::pass::{
     Axis, Buffer, Digests, Given, Info, Inputs, Kept, Pass, Preview, RGB, Recorder, Twin, execute, infos,
 };
@@ -200,10 +201,10 @@ fn another(key: &Key) -> Option<String> {
         Kind::Text | Kind::Technique => return None,
         Kind::Choice(words) => words.iter().map(|word| format!("\"{word}\"")).collect(),
         Kind::Flag => vec!["true".into(), "false".into()],
-        Kind::Whole(low, high) => vec![high.min(low + 7.0).to_string(), low.to_string()],
-        Kind::Number(low, high) => vec![format!("{}", low + (high.min(1e3) - low) * 0.37), low.to_string()],
+        Kind::Whole(low, high) => vec![min(high, low + 7.0).to_string(), low.to_string()],
+        Kind::Number(low, high) => vec![format!("{}", low + (min(high, 1e3) - low) * 0.37), low.to_string()],
         Kind::Triple(low, high) => {
-            let x = if low < 0.0 { 0.25 } else { low + (high.min(10.0) - low) * 0.37 };
+            let x = if low < 0.0 { 0.25 } else { low + (min(high, 10.0) - low) * 0.37 };
             vec![format!("[{x}, {x}, {}]", x * 0.5)]
         }
     };
@@ -215,7 +216,8 @@ fn another(key: &Key) -> Option<String> {
 #[test]
 fn every_key_of_a_technique_changes_its_settings() {
     use bitlight::techniques::{prt, translucency};
-    let read: [(&Technique, fn(&Values) -> String); 2] = [
+    type Read = fn(&Values) -> String;
+    let read: [(&Technique, Read); 2] = [
         (&translucency::TECHNIQUE, |values| format!("{:?}", translucency::Settings::read(values))),
         (&prt::TECHNIQUE, |values| format!("{:?}", prt::Settings::read(values))),
     ];

@@ -23,8 +23,13 @@ const SHAPES: [(&str, Shape); 4] = [
 ];
 pub(super) const SHAPE_NAMES: [&str; 4] = names(&SHAPES);
 
+/// Reads what a word stands for.
+type Read<T> = fn(&Values) -> T;
+/// Reads what a word stands for, from a table of its own.
+type ReadTable<T> = fn(&Values, &str) -> Result<T, Error>;
+
 /// How a highlight of each word is read.
-const HIGHLIGHTS: [(&str, fn(&Values) -> Gloss); 3] = [
+const HIGHLIGHTS: [(&str, Read<Gloss>); 3] = [
     ("none", |_| Gloss::None),
     ("phong", |values| Gloss::Phong { exponent: values.real("surface", "exponent") }),
     ("cook-torrance", |values| Gloss::CookTorrance { roughness: values.real("surface", "roughness") }),
@@ -32,7 +37,7 @@ const HIGHLIGHTS: [(&str, fn(&Values) -> Gloss); 3] = [
 pub(super) const HIGHLIGHT_NAMES: [&str; 3] = names(&HIGHLIGHTS);
 
 /// How a light of each kind is read, from its own table.
-const LIGHTS: [(&str, fn(&Values, &str) -> Result<Source, Error>); 3] =
+const LIGHTS: [(&str, ReadTable<Source>); 3] =
     [("point", point), ("directional", directional), ("environment", environment)];
 pub(super) const LIGHT_NAMES: [&str; 3] = names(&LIGHTS);
 
