@@ -3,14 +3,14 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// What stopped a call, for a person: printed as `file:line: key: what; remedy`.
+/// What stopped a call, in words for a person. It is printed as `file:line: key: what; remedy`.
 ///
 /// An error always means bad input or a refusing system (exit status 2 of the command), never a failed check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
     /// What is wrong, in one sentence without a full stop.
     pub what: String,
-    /// The file that it is wrong in.
+    /// The file that is wrong.
     pub file: Option<PathBuf>,
     /// The line of the file, from 1.
     pub line: Option<usize>,
@@ -89,7 +89,7 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
     (near.0 <= 2 + name.len() / 4).then_some(near.1)
 }
 
-/// The error for a `name` that is none of the `known`: suggests the nearest and lists all.
+/// The error for a `name` that is none of the `known` ones. It suggests the nearest and lists all.
 pub(crate) fn unknown(kind: &str, name: &str, known: &[&str]) -> Error {
     let all = format!("there are {}", known.join(", "));
     Error::new(format!("there is no {kind} \"{name}\"")).remedy(match nearest(name, known.iter().copied()) {

@@ -29,8 +29,8 @@
 //! # Ok::<(), bitlight::Error>(())
 //! ```
 //!
-//! Spherical harmonics alone: the nine coefficients of a sky that is white above and black below, and the
-//! irradiance of a floor under it, π exactly and 3.14 by nine coefficients.
+//! Spherical harmonics alone: the nine coefficients of a sky that is white above and black below. The floor
+//! under it receives an irradiance of π exactly, and of 3.14 by nine coefficients.
 //!
 //! ```
 //! use bitlight::sphere::environment::LatLong;

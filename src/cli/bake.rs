@@ -22,11 +22,11 @@ fn help() -> String {
     }
     let scene = bakes.map(|(technique, _)| technique.scene).next().unwrap_or_default();
     format!(
-        "Writes, for each pose K, pose K being frame K of the scene, those of these files that the scene's surface and \
-         settings need:\n{files}  STORE/manifest.json             what was baked, and every file's shape, type and \
+        "Writes these files for each pose K, which is frame K of the scene, as far as the scene's surface and settings \
+         need them:\n{files}  STORE/manifest.json             what was baked, and every file's shape, type and \
          digest\n\n\
-         A bake that was stopped, however, goes on behind the last finished pose. Several processes may bake poses of \
-         one store, also at the same time; the bytes do not depend on it.\n\n\
+         A bake that was stopped in any way goes on behind the last finished pose. Several processes may bake poses of \
+         one store, also at the same time; the bytes are the same.\n\n\
          Examples:\n  bitlight bake {scene} -o store\n  bitlight bake {scene} -o store --poses 8..16\n  \
          bitlight bake --check store"
     )
@@ -44,7 +44,7 @@ pub(super) struct Arguments {
     /// Poses A up to B, B left out [default: all that the scene has]
     #[arg(long, value_name = "A..B", value_parser = frames)]
     poses: Option<Range<u32>>,
-    /// Bake poses again whose files are missing or damaged
+    /// Bake again the poses whose files are missing or damaged
     #[arg(long)]
     repair: bool,
     /// Verify every file of a store instead

@@ -12,12 +12,12 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Images of the same layer share one scale, at which all but the brightest hundredth of their \
-    values fit: what is brighter in the picture is brighter.\n\n\
+    values fit, so their brightness can be compared.\n\n\
     Example:\n  bitlight join pixel/coarse.exr:radiosity vertex/coarse.exr:radiosity --difference 10 -o figure.png"
 )]
 pub(super) struct Arguments {
-    /// EXR files, each with a colon and a layer or a pass if it is not the first; of colours, or of one
-    /// channel
+    /// EXR files, of colours or of one channel; a colon and the name of a layer or pass picks another than
+    /// the first
     #[arg(required = true, value_name = "FILE[:LAYER]")]
     images: Vec<String>,
     /// The picture to write

@@ -63,7 +63,7 @@ enum Command {
     Bake(bake::Arguments),
     /// Render scenes and compare every pass with its golden, bit for bit
     Verify(verify::Arguments),
-    /// Make what a scene now renders its golden, and record why
+    /// Record what a scene renders now as its golden, and why
     Bless(bless::Arguments),
     /// Estimate a scene's light without the technique's approximations, with its variance; goes on where it
     /// stopped
@@ -72,7 +72,7 @@ enum Command {
     Diff(diff::Arguments),
     /// Put images of EXR files side by side into one picture, with their difference if that is asked for
     Join(join::Arguments),
-    /// Write what reproducing a frame elsewhere takes: mesh, matrices, conventions, as files that tools open
+    /// Write what another program needs to reproduce a frame: mesh, matrices, conventions
     Export(export::Arguments),
     /// List the passes: equation, inputs, outputs
     Passes(passes::Arguments),
@@ -98,7 +98,7 @@ impl AssetFolder {
     }
 }
 
-/// What every command takes that reads and runs a scene.
+/// The arguments of every command that reads and runs a scene.
 #[derive(Debug, Args)]
 struct Common {
     /// Threads to use; 0 for one a core. The bits do not depend on it
@@ -133,7 +133,7 @@ fn technique(name: &str) -> Result<&'static Technique, Error> {
     found.ok_or_else(|| crate::unknown("technique", name, &names()))
 }
 
-/// Seconds since the command asked first.
+/// Seconds since the first call.
 fn clock() -> f64 {
     static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
     BEGUN.elapsed().as_secs_f64()

@@ -1,4 +1,5 @@
-//! A progress bar on standard error, after a second of work, and none where that is no terminal.
+//! A progress bar on standard error. It appears after a second of work, and only where standard error is a
+//! terminal.
 
 use crate::Error;
 use crate::pass::{Buffer, Info, Recorder};
@@ -13,7 +14,7 @@ const PARTS: u64 = 10_000;
 /// Counts finished passes.
 pub(super) struct Progress {
     bar: ProgressBar,
-    /// Dropped with this: a bar that is not shown yet then never is.
+    /// Dropped with this, so that a bar that is not shown yet never is.
     _alive: Sender<()>,
 }
 
@@ -41,8 +42,8 @@ impl Progress {
         Self { bar, _alive: alive }
     }
 
-    /// Says which part of an estimate is done, and what of it. The time left is counted from where it
-    /// `begins`.
+    /// Shows which part of an estimate is done, beside the text `what`. The time left is counted from where
+    /// it `begins`.
     pub(super) fn at(&mut self, part: f64, what: &str, begins: bool) {
         self.say(what);
         self.bar.set_position((part * PARTS as f64) as u64);
@@ -51,7 +52,7 @@ impl Progress {
         }
     }
 
-    /// There are so many steps, and some are done.
+    /// Sets how many steps there are, and how many are done.
     pub(super) fn count(&mut self, steps: usize, done: usize) {
         self.bar.set_length(steps as u64);
         self.bar.set_position(done as u64);

@@ -20,11 +20,11 @@ fn help() -> String {
          NAME.png                   the picture, for eyes\n  \
          NAME.passes.png            every requested image on one sheet, for eyes (with several passes)\n  \
          NAME.exr                   the images, linear, one part a pass (and light)\n  \
-         NAME.technique.pass.npy    what is no image\n  \
+         NAME.technique.pass.npy    a buffer that is no image\n  \
          NAME.json                  settings, and every pass that ran: shape, type, digest, seconds\n\n\
          With --frames the files of frame K are those of NAME.000K. With --store nothing is baked: frame K is lit \
-         with pose K of a store that `bitlight bake` made of the same solid and transfer; camera and lights may be \
-         others. The bits are those of a frame without a store.\n\n\
+         with pose K of a store that `bitlight bake` made of the same solid and transfer; camera and lights may \
+         differ. The bits are those of a frame without a store.\n\n\
          Examples:\n  bitlight render {scene} --passes all --set image.width=256\n  \
          bitlight render {scene} --set wave.amplitude=2 --set wave.length=20 --frames 0..24\n  \
          bitlight render {bakes} --store store --frames 0..8"
@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     /// Render a sequence: frames A up to B, B left out, frame K at time K / `frame_rate` of the scene
     #[arg(long, value_name = "A..B", value_parser = frames)]
     frames: Option<Range<u32>>,
-    /// Take what bakes make from this store, and bake nothing
+    /// Read the passes of a bake from this store, and bake nothing
     #[arg(long, value_name = "STORE")]
     store: Option<PathBuf>,
     #[command(flatten)]

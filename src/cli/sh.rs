@@ -114,7 +114,7 @@ fn has_null(json: &Json) -> bool {
     }
 }
 
-/// The most bytes of coefficients: a thousand for each of the most numbers.
+/// The most bytes of coefficients: a thousand for each number of the most bands.
 const MAX_BYTES: u64 = 1000 * 3 * (sh::MAX_BANDS * sh::MAX_BANDS) as u64;
 
 /// What coefficients look like.

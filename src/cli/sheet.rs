@@ -1,4 +1,4 @@
-//! A sheet of every requested image with its name, for eyes: what a frame is made of at one look.
+//! A sheet of every requested image with its name: what a frame is made of, at one look.
 //!
 //! Colours are scaled so that all but the brightest hundredth of their values fit; other channels run from
 //! their least to their greatest value other than 0, from dark to light; indices are told apart by colour.
@@ -36,8 +36,8 @@ pub(super) struct Picture {
 /// A drawn sheet.
 pub(super) struct Sheet(Pixmap);
 
-/// Draws the sheet; nothing where fewer than two images were asked for. Beyond [`MOST`] pictures it shows the
-/// first.
+/// Draws the sheet; `None` where fewer than two images were asked for. Of more than [`MOST`] pictures it
+/// shows the first.
 ///
 /// # Errors
 /// A sheet that is too large to draw.
@@ -166,7 +166,7 @@ fn indices(channel: &Channel) -> &[u32] {
     }
 }
 
-/// One pixel of each three values that `code` brings to [0, 1]; a single channel gives grey.
+/// The pixels of three channels, whose values `code` maps to [0, 1]; a single channel gives grey.
 pub(super) fn each(channels: &[Channel], code: impl Fn(f32) -> f32) -> Vec<[u8; 3]> {
     let byte = |channel: usize, index: usize| {
         (clamp(code(values(&channels[channel.min(channels.len() - 1)])[index]), 0.0, 1.0) * 255.0 + 0.5) as u8
@@ -179,7 +179,7 @@ fn colours(channels: &[Channel]) -> Vec<[u8; 3]> {
     each(channels, |value| f32::from(png::srgb8(value / white)) / 255.0)
 }
 
-/// The value below which all but the brightest hundredth of the values above 0 are.
+/// A value below which lie all but the brightest hundredth of the values above 0.
 pub(super) fn white<'a>(channels: impl IntoIterator<Item = &'a Channel>) -> f32 {
     let mut all: Vec<f32> = channels
         .into_iter()

@@ -28,7 +28,7 @@ pub(super) struct Arguments {
     /// Samples of every pixel; those of an earlier run count
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1 << 40))]
     spp: Option<u64>,
-    /// Stop after this time, when every pixel has as many samples as the others, two at least
+    /// Stop after this time, once every pixel has the same number of samples, at least two
     #[arg(long, value_name = "S", value_parser = seconds)]
     seconds: Option<f64>,
     /// Folder to write into; made if it is not there

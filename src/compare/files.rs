@@ -18,7 +18,7 @@ pub struct Row {
     pub layer: String,
     /// The shape of an array (`.npy`), whose last axis is the layer's width; empty for an image.
     pub shape: Vec<usize>,
-    /// What came of it.
+    /// The result.
     pub outcome: Outcome,
     /// The picture of the difference, where one was written.
     pub picture: Option<PathBuf>,
@@ -27,9 +27,9 @@ pub struct Row {
 /// How a layer of A compares with that of B.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
-    /// Value by value; it may be the same.
+    /// They were compared value by value, and may be the same.
     Compared(Statistics),
-    /// Size, channels or type differ, as this says.
+    /// Size, channels or type differ; the text says how.
     Mismatch(String),
     /// B has no such layer or file.
     OnlyInA,
@@ -37,13 +37,13 @@ pub enum Outcome {
     OnlyInB,
 }
 
-/// A layer of a file, and the shape of an array.
+/// A layer of a file, and its shape if it is an array.
 type Part = (Layer, Vec<usize>);
 
 /// Compares two EXR or NPY files, or two folders of them, whose files are paired by name. Layers are paired
-/// by name and come in A's order, then those that B alone has; where each file has one layer and one of them
-/// has no name (a foreign file; an array has none), these two are a pair. EXR's half floats are compared as
-/// `f32`.
+/// by name. Rows come in A's order, then those of layers that B alone has. Where each file has a single layer
+/// and one of the two has no name, these two are a pair: an array has no name, and a foreign file's layer may
+/// have none. EXR's half floats are compared as `f32`.
 ///
 /// `tolerance` is that of [`statistics`]. `pictures` is a folder for a [`picture`] of each image that
 /// differs.
@@ -94,8 +94,8 @@ pub fn files(a: &Path, b: &Path, tolerance: f64, pictures: Option<&Path>) -> Res
     Ok(rows)
 }
 
-/// The pass, or the layer where that is of no known pass, that diverges first of those that both dumps have:
-/// in flow order ([`crate::techniques::ALL`]), unknown ones after these in the order of `rows`.
+/// The pass that diverges first in flow order ([`crate::techniques::ALL`]), of those that both dumps have.
+/// Layers of no known pass follow, in the order of `rows`, and are named themselves.
 pub fn diverges_first(rows: &[Row]) -> Option<&str> {
     let both = |row: &&Row| !row.same() && !matches!(row.outcome, Outcome::OnlyInA | Outcome::OnlyInB);
     let first = rows.iter().filter(both).min_by_key(|row| row.pass().map_or(usize::MAX, |(order, _)| order));
@@ -108,7 +108,7 @@ impl Row {
         matches!(&self.outcome, Outcome::Compared(statistics) if statistics.difference.is_none())
     }
 
-    /// The place in flow order, and the name, of the pass that the layer is of.
+    /// The place in flow order, and the name, of the layer's pass.
     fn pass(&self) -> Option<(usize, &'static str)> {
         let of = |name: &str| {
             let before = self.layer.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
@@ -219,7 +219,8 @@ impl fmt::Display for Row {
     }
 }
 
-/// The shortest decimal that is this number: of an `f32`, that of the `f32`.
+/// The shortest decimal that reads as this number; of a number that fits `f32`, the shortest that reads as
+/// that `f32`.
 fn text(value: f64) -> String {
     let short = value as f32;
     if f64::from(short) == value { format!("{short:?}") } else { format!("{value:?}") }
@@ -264,7 +265,7 @@ fn parts(path: &Path) -> Result<Vec<Part>, Error> {
     Ok(layers.into_iter().map(|layer| (layer, Vec::new())).collect())
 }
 
-/// Compares the layers of two files; `stem` is the name of what has none.
+/// Compares the layers of two files; `stem` is the name of a layer that has none.
 fn paired(
     ours: Vec<Part>,
     theirs: Vec<Part>,

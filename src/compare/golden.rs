@@ -22,7 +22,7 @@ use serde_json::json;
 #[cfg(feature = "exr")]
 use std::io::Write;
 
-/// The most of a manifest that is read, in bytes.
+/// The longest manifest that is read, in bytes.
 const MAX_BYTES: u64 = 16 << 20;
 
 /// The manifest of a scene.
@@ -32,7 +32,7 @@ pub struct Golden {
     pub file: PathBuf,
     /// Assignments under which the scene is rendered, mostly to make it smaller.
     pub set: Vec<String>,
-    /// The settings that held.
+    /// The settings of the scene when it was made.
     pub settings: Map<String, Json>,
     /// Every pass, in flow order.
     pub passes: Vec<Record>,
@@ -47,7 +47,7 @@ pub enum Pixels {
     None,
     /// The first value of a pass that is no image: its place, what was expected and what was found.
     Value(Vec<usize>, f32, f32),
-    /// The first pixel, and how far all pixels of the pass are, for a picture.
+    /// The first pixel that differs, and both layers, of which a picture can be made.
     #[cfg(feature = "exr")]
     Image(Box<(Difference, Layer, Layer)>),
 }
@@ -55,7 +55,7 @@ pub enum Pixels {
 /// How a scene compares with its golden.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
-    /// Every pass has the golden's bits; so many passes.
+    /// Every pass has the golden's bits; the number of passes.
     Same(usize),
     /// There is no golden; the path where it was looked for.
     Missing(PathBuf),
@@ -199,9 +199,9 @@ impl Golden {
         Ok(Pixels::None)
     }
 
-    /// Renders `scene` and puts the result in the golden's place. Returns what changed, a line a pass;
-    /// nothing is written where nothing did. Beside the manifest, `<scene>.history` keeps `date`, `reason`
-    /// and those lines.
+    /// Renders `scene` and puts the result in the golden's place. Returns what changed, a line a pass; where
+    /// nothing changed, nothing is written. Beside the manifest, `<scene>.history` keeps `date`, `reason` and
+    /// those lines.
     ///
     /// `set` and `pixels` replace what the golden has; where they are `None`, that stays.
     ///

@@ -18,7 +18,7 @@ use std::fmt;
 /// Where two layers first differ, and by how much they do altogether.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
-    /// The layer: a pass, with the light's number where it has one a light.
+    /// The layer: a pass, with the light's number where it has a layer for each light.
     pub layer: String,
     /// Column and row of the first pixel that differs, reading from the top left; faces are stacked downward.
     pub pixel: [usize; 2],
@@ -26,7 +26,7 @@ pub struct Difference {
     pub channel: String,
     /// The value that was expected there, and the one that was found.
     pub values: [f64; 2],
-    /// Distance of the two in units of the last place, for real numbers; of the indices otherwise.
+    /// Distance of the two: for real numbers in units of the last place, for indices their difference.
     pub ulps: u64,
     /// How many pixels differ.
     pub pixels: usize,

@@ -7,9 +7,10 @@ use crate::pass::Layer;
 use crate::store::file;
 use std::path::Path;
 
-/// Writes a picture of where two layers differ by more than `tolerance` as a PNG: grey where they are the
-/// same, red to yellow by the decade of the largest relative difference of a pixel's channels, from one last
-/// place to 1. A value that is not finite in one of them alone is yellow.
+/// Writes a PNG that shows where two layers differ by more than `tolerance`. Pixels that are the same are
+/// grey. The others run from red to yellow with the logarithm of the largest relative difference of their
+/// channels, from one unit in the last place to 1. A pixel with a value that is finite in one layer alone is
+/// yellow.
 ///
 /// # Errors
 /// What the system refuses, naming the file or the folder, which is made if it is not there.
@@ -34,7 +35,7 @@ pub fn picture(path: &Path, a: &Layer, b: &Layer, tolerance: f64) -> Result<(), 
             let relative = if relative.is_finite() { relative } else { 1.0 };
             worst = Some(worst.map_or(relative, |worst| if relative > worst { relative } else { worst }));
         }
-        // 2^-24 is 0, 1 is 1.
+        // 2^-24 gives 0, 1 gives 1.
         let heat = |worst: f64| ((1.0 + log(worst) / 16.635_532) * 255.0) as u8;
         rgb.extend(worst.map_or([40; 3], |worst| [255, heat(worst), 0]));
     }

@@ -21,7 +21,7 @@ pub struct Statistics {
 }
 
 /// What keeps two layers from being compared value by value: the size, the channels or a channel's type. The
-/// order of the channels is none of these.
+/// order of the channels does not matter.
 pub fn mismatch(a: &Layer, b: &Layer) -> Option<String> {
     if (a.width, a.height) != (b.width, b.height) {
         return Some(format!("{} x {} in A, {} x {} in B", a.width, a.height, b.width, b.height));
@@ -43,8 +43,8 @@ pub fn mismatch(a: &Layer, b: &Layer) -> Option<String> {
 /// How far two layers differ. Channels are paired, and read at each pixel, in the order of their names.
 ///
 /// −0 equals +0; a NaN equals only the same NaN. Real numbers that differ by at most `tolerance` count as the
-/// same pixel, but not for the largest, the mean and the root-mean-square difference. Indices have no
-/// tolerance. The sums are of rows, then of the rows' sums, each in the order of [`sum`].
+/// same, but enter the largest, the mean and the root-mean-square difference. Indices have no tolerance. Rows
+/// are summed first, then the rows' sums, each in the order of [`sum`].
 ///
 /// # Panics
 /// Where there is a [`mismatch`].
@@ -111,8 +111,8 @@ pub(super) fn value(data: &Data, index: usize) -> f64 {
     }
 }
 
-/// The distance in the last place (of indices, their distance) of two values that differ by more than
-/// `tolerance`.
+/// How far apart two values are that differ by more than `tolerance`: in units of the last place, for indices
+/// their difference.
 pub(super) fn unequal(a: &Data, b: &Data, index: usize, tolerance: f64) -> Option<u64> {
     match (a, b) {
         (Data::F32(a), Data::F32(b)) => {
@@ -127,7 +127,8 @@ pub(super) fn unequal(a: &Data, b: &Data, index: usize, tolerance: f64) -> Optio
     }
 }
 
-/// False for a NaN, and for an infinity under any finite tolerance.
+/// Whether two values differ by at most `tolerance`. False for a NaN, and for an infinity under any finite
+/// tolerance.
 fn near(a: f32, b: f32, tolerance: f64) -> bool {
     (f64::from(a) - f64::from(b)).abs() <= tolerance
 }

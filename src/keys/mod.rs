@@ -1,6 +1,6 @@
 //! Keys of a scene: what each takes, what it means and what it bears on. A key stands beside what it sets:
-//! those of a technique in its folder, shared ones in `scene/`. From the same row come reading, hints at
-//! unknown keys, defaults, `--set`, the JSON Schema and the scene to start from.
+//! those of a technique in its folder, shared ones in `scene/`. The same row serves reading, hints at unknown
+//! keys, defaults, `--set`, the JSON Schema and the scene to start from.
 
 mod value;
 mod values;
@@ -15,7 +15,7 @@ use serde_json::{Value as Json, json};
 pub enum Kind {
     /// Any text.
     Text,
-    /// The name of a technique; the list of techniques is above this module.
+    /// The name of a technique. This module does not know the list of techniques.
     Technique,
     /// One of these words. They are the names of a table, from which the key is read too ([`names`],
     /// [`Values::word`]).
@@ -57,8 +57,8 @@ pub enum Only {
     Always,
     /// Where the scene has the key's table.
     Given,
-    /// Where another key, `table.name`, has one of these words. Bakes and truths ask for it; a picture's
-    /// settings have the key all the same.
+    /// Where another key, `table.name`, has one of these words. Bakes and truths heed this; a picture's
+    /// settings have the key in any case.
     With(&'static str, &'static [&'static str]),
 }
 
@@ -73,7 +73,7 @@ pub struct Key {
     pub kind: Kind,
     /// What it bears on.
     pub bears: &'static [Bears],
-    /// When it does.
+    /// When it counts.
     pub only: Only,
     /// What stands where the file says nothing, as TOML; `None` where the key must be given or may be absent.
     pub default: Option<&'static str>,
@@ -122,7 +122,7 @@ impl Key {
         self.table.split(':').next().unwrap_or_default()
     }
 
-    /// The kind of light that has it, of a key that only one kind has.
+    /// The kind of light that has it, if only one kind does.
     pub fn light(&self) -> Option<&'static str> {
         self.table.split_once(':').map(|(_, kind)| kind)
     }
@@ -139,7 +139,7 @@ pub const fn names<T: Copy, const N: usize>(table: &[(&'static str, T); N]) -> [
     names
 }
 
-/// How an equation is taken where print and correction differ. What computes it says what it does under each.
+/// How an equation is read where print and correction differ. Whatever computes it documents both readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading {
     /// As the errata correct it.

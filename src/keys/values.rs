@@ -6,7 +6,7 @@ use crate::Error;
 use glam::Vec3;
 use serde_json::{Map, Value as Json};
 
-/// A value that holds: given, or by default.
+/// A value in force: given, or by default.
 #[derive(Debug, Clone)]
 struct Setting {
     entry: Entry,
@@ -14,7 +14,7 @@ struct Setting {
     given: bool,
 }
 
-/// Every value that holds, by its key. Each is of its key's kind.
+/// Every value in force, by its key. Each is of its key's kind.
 ///
 /// The getters panic for a key that no table has, or that is of another kind: that is a mistake of the
 /// program, which every scene shows.
@@ -25,7 +25,7 @@ pub struct Values {
     settings: Vec<Setting>,
 }
 
-/// Two are equal where the same values hold, wherever these stand.
+/// Two are equal where the same values are in force, on whatever lines they stand.
 impl PartialEq for Values {
     fn eq(&self, other: &Self) -> bool {
         let all = |of: &Self| -> Vec<_> {
@@ -197,15 +197,15 @@ impl Values {
         }
     }
 
-    /// What a word means, by the table from which the key has its words ([`super::names`]); of a key that is
-    /// absent, nothing.
+    /// What the word of a key means, from the table that also gives the key its words ([`super::names`]);
+    /// `None` where the key is absent.
     pub fn word_if<T: Copy>(&self, table: &str, name: &str, words: &[(&'static str, T)]) -> Option<T> {
         let text = self.text(table, name)?;
         let found = words.iter().find(|(word, _)| *word == text).map(|(_, meaning)| *meaning);
         Some(found.unwrap_or_else(|| panic!("{table}.{name} is read by a table without the word {text}")))
     }
 
-    /// What the word of a key means that has a default, by the table from which the key has its words.
+    /// [`Self::word_if`] for a key that has a default.
     pub fn word<T: Copy>(&self, table: &str, name: &str, words: &[(&'static str, T)]) -> T {
         let word = self.word_if(table, name, words);
         word.unwrap_or_else(|| panic!("{table}.{name} is read as if it had a default"))
@@ -239,8 +239,8 @@ impl Values {
             .min()
     }
 
-    /// Every value that bears on something, by its key, of the keys that `read` tells; of lights those that
-    /// are given.
+    /// Every value that bears on `on`, by its key. Of lights these are the given ones, of other tables those
+    /// whose keys `read` accepts.
     pub fn bearing(&self, on: Bears, read: impl Fn(&Key) -> bool) -> Map<String, Json> {
         let counts = |setting: &&Setting| {
             let Setting { key, given, .. } = setting;

@@ -142,7 +142,7 @@ impl Buffer {
 }
 
 wide! {
-    /// Whether any value is not finite; without an early end, so that many are tested at a time.
+    /// Whether any value is not finite. The loop has no early end, so that many values are tested at a time.
     fn odd(values: &[f32]) -> bool {
         values.iter().fold(false, |odd, value| odd | !value.is_finite())
     }

@@ -80,7 +80,8 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Layer>, Error> {
     Ok(image.layer_data.into_iter().map(layer).collect())
 }
 
-/// Refuses a header by which the reader would allocate more than the file can hold, and what is not read.
+/// Refuses a header that would make the reader allocate more than the file can hold, and files of kinds that
+/// are not read.
 fn check(meta: &MetaData, length: u64) -> Result<(), Error> {
     let mut total = 0_u64;
     for header in &meta.headers {
@@ -104,14 +105,14 @@ fn check(meta: &MetaData, length: u64) -> Result<(), Error> {
     }
     let most = u64::min(MAX_BYTES, length.saturating_mul(MAX_RATIO));
     if total > most {
-        return Err(Error::new(format!("its header tells of {total} bytes of pixels, in {length} bytes"))
+        return Err(Error::new(format!("its header promises {total} bytes of pixels in {length} bytes"))
             .remedy("see whether the file is whole; save large layers in several files"));
     }
     Ok(())
 }
 
-/// Refuses a file whose table leads twice to one block of pixels (another is then missing), or to one of
-/// another resolution: the reader takes the first for granted and asserts the second.
+/// Refuses a file whose table leads twice to one block of pixels (another is then missing), or to a block of
+/// another resolution. The reader does not look for the former, and an assertion fails at the latter.
 fn check_chunks(bytes: &[u8]) -> exr::error::Result<()> {
     let damaged = || exr::error::Error::Invalid("table of blocks".into());
     let reader = exr::block::read(Cursor::new(bytes), false)?;

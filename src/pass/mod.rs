@@ -1,4 +1,5 @@
-//! Named passes: what a technique is made of, what runs when something is asked for, and who is told.
+//! Named passes: the tables that techniques are made of, which passes a request runs, and who receives the
+//! results.
 //!
 //! A technique is a table of [`Pass`]es in flow order. [`needed`] finds what a request needs, [`execute`]
 //! runs it and hands every result to a [`Recorder`].
@@ -20,8 +21,8 @@ use crate::Error;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What one axis of a buffer counts, the slowest first. Those that every technique may have stand here; what
-/// only some know is an [`Axis::Of`], whose length their rows tell.
+/// What one axis of a buffer counts. Axes that any technique may have stand here. An axis that only some have
+/// is an [`Axis::Of`], whose length the technique's row gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// The scene's lights, in the scene's order.
@@ -40,9 +41,9 @@ pub enum Axis {
     Coefficient,
     /// Named channels, as many as there are names.
     Channel(&'static [&'static str]),
-    /// What this word counts.
+    /// What this word names.
     Of(&'static str),
-    /// What this word counts, where there are several; a buffer with a single one has no such axis.
+    /// What this word names, where there are several; a buffer with a single one has no such axis.
     Several(&'static str),
 }
 
@@ -118,7 +119,7 @@ pub struct Info {
     pub about: &'static str,
     /// The passes that it reads.
     pub inputs: &'static [&'static str],
-    /// The axes of its buffer, the slowest first; of a certain buffer [`Self::axes_of`].
+    /// The axes of its buffer, the slowest first. Those of a certain buffer are [`Self::axes_of`].
     pub axes: &'static [Axis],
     /// The unit of its values.
     pub unit: &'static str,
@@ -126,7 +127,7 @@ pub struct Info {
     pub knob: &'static str,
     /// Its twin on the GPU.
     pub twin: Twin,
-    /// How an image is shown: a group of channels each. Empty for what is no image.
+    /// How an image is shown, one entry for each group of channels. Empty for a buffer that is no image.
     pub preview: &'static [Preview],
 }
 
@@ -159,7 +160,7 @@ impl Info {
         self.axes.contains(&Axis::Row)
     }
 
-    /// The axes of a buffer of the pass that has `rank` of them: all, or all but an [`Axis::Several`].
+    /// The axes of a buffer of the pass with `rank` axes: all, or all but an [`Axis::Several`].
     pub fn axes_of(&self, rank: usize) -> impl Iterator<Item = Axis> {
         let all = rank == self.axes.len();
         self.axes.iter().copied().filter(move |axis| all || !matches!(axis, Axis::Several(_)))
@@ -208,12 +209,12 @@ pub const fn infos<F, const N: usize>(table: &[Pass<F>; N]) -> [Info; N] {
     infos
 }
 
-/// Passes that do not run, by their names: with the buffer that is there already, or `None` where nothing of the request
-/// uses its values.
+/// Passes that do not run, by their names: with the buffer that is there already, or `None` where nothing of
+/// the request uses its values.
 pub type Given = BTreeMap<&'static str, Option<Buffer>>;
 
-/// Which passes of a table a request needs: the wanted ones and all that they read, directly or not. What is
-/// given needs nothing itself. One flag a row.
+/// Which passes of a table a request needs: the wanted ones and all that they read, directly or not. A given
+/// pass needs no inputs. The result has one flag a row.
 ///
 /// # Errors
 /// An unknown name, with the nearest known one.
@@ -250,8 +251,8 @@ pub(crate) fn unknown_pass<'a>(name: &str, known: impl Iterator<Item = &'a str>,
     Error::new(format!("there is no pass \"{name}\"{of}")).remedy(format!("{near}{list}` lists all"))
 }
 
-/// Runs the passes that `wanted` needs, but for those that are given, in the table's order, and hands each
-/// result to `recorder`, given buffers too.
+/// Runs the passes that `wanted` needs, in the table's order, except those whose buffers are given. Every
+/// buffer goes to `recorder`, given ones too.
 ///
 /// # Errors
 /// An unknown name, what the recorder refuses, and a value that is not finite (contract 9), by pass and
@@ -268,7 +269,8 @@ pub fn execute<F>(
     let rows: Vec<_> = table.iter().zip(needed).filter(|(_, needed)| *needed).map(|(pass, _)| pass).collect();
     let mut done = BTreeMap::new();
     for (row, pass) in rows.iter().enumerate() {
-        // What no pass reads any more makes room, and memory that is still in the cache, for the next.
+        // A buffer that no pass reads any more is freed. The next one can take its memory, which is still in
+        // the cache.
         done.retain(|name, _| rows[row..].iter().any(|later| later.info.inputs.contains(name)));
         let info = &pass.info;
         let there = given.remove(info.name);
@@ -292,7 +294,7 @@ fn run<F>(pass: &Pass<F>, frame: &F, done: &BTreeMap<&'static str, Buffer>) -> R
     let inputs = Inputs { pass: info, done, read: RefCell::default() };
     let buffer = (pass.run)(frame, &inputs);
     let read = inputs.read.into_inner();
-    // What has nothing to compute reads nothing.
+    // A pass that has nothing to compute reads nothing.
     debug_assert!(
         buffer.shape.contains(&0) || info.inputs.iter().all(|input| read.contains(input)),
         "{} declares {:?} and reads {read:?}",

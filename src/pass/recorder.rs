@@ -1,4 +1,4 @@
-//! Who is told of every pass: the sinks that share one stream of results.
+//! Recorders: the sinks that receive the results of all passes, as one stream.
 
 use super::{Buffer, Info};
 use crate::Error;
@@ -9,10 +9,11 @@ pub trait Recorder {
     /// The pass is about to run.
     fn begin(&mut self, _pass: &Info) {}
 
-    /// The pass has run. `wanted` tells a pass that was asked for from one that others only needed.
+    /// The pass has run. `wanted` is true of a pass that was asked for, and false of one that others only
+    /// needed.
     ///
     /// # Errors
-    /// What the sink cannot take stops the run.
+    /// An error of the sink; it stops the run.
     fn record(&mut self, pass: &Info, wanted: bool, buffer: &Buffer) -> Result<(), Error>;
 }
 
@@ -41,7 +42,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// That of a buffer.
+    /// The record of a buffer.
     pub fn new(name: &str, buffer: &Buffer) -> Self {
         Self {
             name: name.into(),
@@ -99,7 +100,7 @@ impl Recorder for Kept {
     }
 }
 
-/// Seconds since some moment that stays the same. Who has a clock hands it down: this library reads none.
+/// Seconds since some fixed moment. The caller provides the clock: this library reads none.
 pub type Clock = fn() -> f64;
 
 /// Keeps how long every pass took, by a clock.

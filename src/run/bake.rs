@@ -1,7 +1,8 @@
-//! Bakes: what a technique makes once of each pose, into a store, and frames that are lit from there.
+//! Bakes, and frames that are lit from them. A bake computes a technique's transfer once for each pose, into
+//! a store.
 //!
-//! Pose k is the scene at time k / `frame_rate`. Which passes are kept, and under which settings, the
-//! technique's row says ([`crate::techniques::Bake`]). A bake reads no light.
+//! Pose k is the scene at time k / `frame_rate`. The technique's row says which passes are kept under which
+//! settings ([`crate::techniques::Bake`]). A bake reads no light.
 
 use super::Loaded;
 use crate::Error;
@@ -15,7 +16,7 @@ use serde_json::{Map, Value as Json};
 use std::ops::Range;
 use std::path::Path;
 
-/// The most poses of one bake: each is looked for in the store first.
+/// The most poses of one bake. The store is searched for each of them before the first is baked.
 pub const MAX_POSES: usize = 100_000;
 
 /// How far a bake has come.
@@ -44,13 +45,13 @@ pub struct Baked {
     pub manifest: Manifest,
 }
 
-/// Bakes the poses of a scene that a store does not have yet: those of `poses`, or all that the scene has.
-/// `told` is told how far it has come.
+/// Bakes the poses of a scene that a store does not have yet: those in `poses`, or all poses of the scene.
+/// `told` is called with the progress.
 ///
 /// # Errors
-/// A scene of a technique that bakes nothing, more than [`MAX_POSES`], what loading refuses, a store of
-/// something else, a damaged pose without `repair`, a solid deformed out of range, what the system or `told`
-/// refuses.
+/// A technique that bakes nothing; more than [`MAX_POSES`] poses; what loading refuses; a store that was made
+/// of something else; a damaged pose without `repair`; a solid deformed out of range; what the system or
+/// `told` refuses.
 pub fn bake(
     scene: &Scene,
     assets: &Assets,
@@ -88,10 +89,11 @@ pub fn bake(
     Ok(Baked { baked: missing.len(), there, manifest: store.manifest()? })
 }
 
-/// Loads a scene for frames that are lit from the store in a folder, without what the store has.
+/// Loads a scene for frames that are lit from a store. Memory is counted without what only the store's passes
+/// need.
 ///
 /// # Errors
-/// A scene of a technique that bakes nothing, and what loading refuses.
+/// A technique that bakes nothing, and what loading refuses.
 pub fn load(scene: &Scene, assets: &Assets, wanted: &[&str]) -> Result<Loaded, Error> {
     let row = row(scene)?;
     let stored = (row.stored)(&scene.outline(0));
@@ -99,12 +101,12 @@ pub fn load(scene: &Scene, assets: &Assets, wanted: &[&str]) -> Result<Loaded, E
     Loaded::beside(scene, assets, wanted, &given)
 }
 
-/// Renders the wanted passes of a scene that [`load`] loaded, with what the store in `folder` has of the
-/// scene's pose. The results are those of [`Loaded::render`], bit for bit.
+/// Renders the wanted passes of a scene that [`load`] loaded. The passes that the store in `folder` has of
+/// the scene's pose are read from there. The results are those of [`Loaded::render`], bit for bit.
 ///
 /// # Errors
-/// A time that is no pose's, a store of something else, naming the first key that differs, a pose that it
-/// does not have, a damaged one, and those of [`Loaded::render`].
+/// A time that is no pose's; a store that was made of something else, where the first key that differs is
+/// named; a pose that is missing or damaged; those of [`Loaded::render`].
 pub fn render(
     scene: &Scene,
     loaded: &Loaded,
@@ -125,20 +127,20 @@ pub fn render(
                 let what = format!("has no {} of {entry}", info.short());
                 return Err(Error::new(what).file(folder).remedy("bake it again into another folder"));
             }
-            // It was made for others that are stored alone: nobody reads its values.
+            // The bake made it only for passes that are stored: nothing reads its values.
             given.insert(info.name, None);
         }
     }
     loaded.render_from(scene, wanted, given, recorder)
 }
 
-/// Whether a pass of a bake does not run where the store has its passes: it is stored, or only for those that
-/// are.
+/// Whether a frame from a store leaves out a pass of the bake: the store has it, or only stored passes read
+/// it and nobody asks for it.
 fn given(pass: &str, stored: &[&str], wanted: &[&str]) -> bool {
     stored.contains(&pass) || !wanted.contains(&pass)
 }
 
-/// Refuses a chunk of another shape than the pass makes. The digests vouch for the store's own bytes alone.
+/// Refuses a chunk whose shape the pass would not make. Digests tell only that the store's bytes are whole.
 fn fits(scene: &Scene, loaded: &Loaded, info: &Info, chunk: &Buffer) -> Result<(), Error> {
     let vertices = info.axes.iter().position(|axis| *axis == Axis::Vertex);
     let fits = chunk.shape.len() == info.axes.len()
@@ -158,10 +160,10 @@ fn entry(pose: u32) -> String {
     format!("pose.{pose:04}")
 }
 
-/// The pose that the scene's time is.
+/// The number of the pose at the scene's time.
 fn pose(scene: &Scene) -> Result<u32, Error> {
     let pose = (scene.time * scene.frame_rate + 0.5).floor();
-    // A conversion is held to the ends of the range.
+    // A conversion saturates, so a time out of range is no pose's.
     if f64::from(pose as u32) / scene.frame_rate == scene.time {
         return Ok(pose as u32);
     }
@@ -232,7 +234,7 @@ struct Begun<'a> {
 
 impl Recorder for Begun<'_> {
     fn begin(&mut self, pass: &Info) {
-        let _ = (self.told)(Step::Pass(self.pose, pass)); // what it refuses shows when the pose is stored
+        let _ = (self.told)(Step::Pass(self.pose, pass)); // if this fails, so does the call for the stored pose
     }
 
     fn record(&mut self, _: &Info, _: bool, _: &Buffer) -> Result<(), Error> {

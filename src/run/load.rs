@@ -1,4 +1,4 @@
-//! What a scene names, loaded once, and the stage that it makes at a time.
+//! Loads once what a scene names, and makes the scene's stage at a time.
 
 use super::memory;
 use crate::Error;
@@ -24,7 +24,7 @@ pub const RADII: [f32; 2] = [1e-12, 1e15];
 pub struct Loaded {
     /// As placed, before it is deformed.
     pub(super) solid: Arc<Mesh>,
-    /// The scene's lights that are environments, at their places among all lights; none without lights.
+    /// For each light of the scene, the light if it is an environment. Empty where no lights were loaded.
     environments: Vec<Option<Light>>,
 }
 
@@ -93,8 +93,8 @@ impl Loaded {
         Ok(solid)
     }
 
-    /// What a frame is made of: the scene that this was loaded for, at that scene's time ([`Scene::at`]). Its
-    /// camera may have moved since, and so may its points and directions of light.
+    /// What a frame is made of: the scene that this was loaded for, at that scene's time ([`Scene::at`]). The
+    /// camera and the lights that are points or directions may have moved since loading.
     ///
     /// # Errors
     /// A solid deformed out of range.
@@ -128,7 +128,7 @@ impl Loaded {
         self.render_from(scene, wanted, Given::new(), recorder)
     }
 
-    /// [`Self::render`], but for the passes whose buffers are given.
+    /// [`Self::render`] without running the passes whose buffers are given.
     ///
     /// # Errors
     /// Those of [`Self::render`].
@@ -172,7 +172,7 @@ fn solid(solid: &Solid, assets: &Assets) -> Result<Mesh, Error> {
         .key("solid.size")
         .remedy("bring its size nearer to 1, with a unit that suits it")
     })?;
-    // Turning moves the box's centre: centre what has become of it.
+    // Turning moves the centre of the bounding box, so the solid is centred again.
     let turned = mesh.bounds();
     let radius = turned.radius();
     if !(RADII[0]..=RADII[1]).contains(&radius) {
@@ -183,7 +183,7 @@ fn solid(solid: &Solid, assets: &Assets) -> Result<Mesh, Error> {
         .key("solid.size")
         .remedy("bring it nearer to 1, with a unit that suits it"));
     }
-    // Farther out the rounding of a coordinate is over a hundredth of the radius.
+    // Farther out, the rounding of a coordinate is over a hundredth of the radius.
     if solid.center.length() > 1e5 * radius {
         return Err(Error::new("is over 100,000 times the solid's radius from the origin")
             .key("solid.center")
@@ -204,8 +204,8 @@ fn shape(shape: Shape, n: usize, extents: Vec3) -> Result<Mesh, Error> {
     }
 }
 
-/// The light that an environment is, in so many bands; `None` for another kind of light. Its coefficients are
-/// finite.
+/// Loads an environment and projects it to `bands` bands; `None` for another kind of light. The coefficients
+/// are finite.
 fn environment(index: usize, source: &Source, bands: usize, assets: &Assets) -> Result<Option<Light>, Error> {
     let Source::Environment { radiance, scale } = source else { return Ok(None) };
     let form = match radiance {
@@ -241,7 +241,7 @@ mod tests {
     fn a_sequence_loads_once_and_every_frame_has_its_own_box() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("two.obj");
-        // The origin's corner of a cube; along z a quarter of the wave.
+        // A cube's corner at the origin; its side along z is a quarter of the wave.
         std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0.25\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
             .unwrap();
         let scene = Scene::parse(SEQUENCE, "two.toml".as_ref(), &[]).unwrap();

@@ -1,4 +1,4 @@
-//! How much memory a request needs, told before anything is allocated.
+//! How much memory a request needs, computed before anything is allocated.
 
 use crate::Error;
 use crate::pass::{Axis, Info};
@@ -6,14 +6,14 @@ use crate::scene::Scene;
 use crate::techniques::Outline;
 use std::collections::BTreeMap;
 
-/// The most bytes that a request may need, as [`memory`] counts them: what the width of a pointer can address
-/// leaves little more where it has 32 bits.
+/// The most bytes that a request may need, as [`memory`] counts them. Pointers of 32 bits cannot address much
+/// more, so the limit is lower there.
 pub const MAX_MEMORY: u64 = if usize::BITS < 64 { 1 << 30 } else { 8 << 30 };
 
-/// The bytes of a pass's buffer, at most.
+/// The most bytes that a pass's buffer can have.
 ///
 /// # Panics
-/// Where the technique's row does not tell the length of an axis that only techniques know.
+/// Where the technique's row does not give the length of an axis that only techniques know.
 pub(super) fn buffer(scene: &Scene, outline: &Outline<'_>, info: &Info) -> u64 {
     let length = |axis: &Axis| {
         let own = (scene.technique.length)(outline, info, *axis);
@@ -38,10 +38,10 @@ pub(super) fn buffer(scene: &Scene, outline: &Outline<'_>, info: &Info) -> u64 {
     info.axes.iter().map(|axis| length(axis) as u64).product::<u64>() * 4
 }
 
-/// The bytes that the passes of a request need at most, by the scene's settings and the number of the solid's
-/// vertices (0 before it is loaded): their buffers, as if none were freed before the end, the recorder's
-/// copies of the wanted ones, twice the largest while it is made and digested, and what passes need beside
-/// their buffers. The solid's own come on top.
+/// The most bytes that the passes of a request need, from the scene's settings and the number of the solid's
+/// vertices (0 before it is loaded). Counted are all buffers, as if none were freed before the end; the
+/// recorder's copies of the wanted ones; the largest twice more, while it is made and digested; and what
+/// passes need beside their buffers. The solid itself comes on top.
 ///
 /// # Errors
 /// An unknown pass.
@@ -49,7 +49,7 @@ pub fn memory(scene: &Scene, wanted: &[&str], vertices: usize) -> Result<u64, Er
     Ok(by_knob(scene, wanted, &[], vertices)?.values().sum())
 }
 
-/// [`memory`] by the key that sets how many bytes there are, without what is given.
+/// [`memory`], divided among the keys that set the sizes. What only given passes read is left out.
 fn by_knob(
     scene: &Scene,
     wanted: &[&str],
@@ -76,7 +76,7 @@ fn by_knob(
 /// Refuses a request of more than [`MAX_MEMORY`].
 ///
 /// # Errors
-/// That, by the key that sets most of it; an unknown pass.
+/// Such a request, with the key that sets most of it; an unknown pass.
 pub(super) fn check(scene: &Scene, wanted: &[&str], given: &[&str], vertices: usize) -> Result<(), Error> {
     let bytes = by_knob(scene, wanted, given, vertices)?;
     let total: u64 = bytes.values().sum();

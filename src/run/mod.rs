@@ -1,5 +1,5 @@
-//! From a scene to its passes: loading, memory, frames, bakes and the ground truth. What renders, bakes or is
-//! exported is told by the row of the scene's technique; nothing here knows one by its name.
+//! From a scene to its passes: loading, memory, frames, bakes and the ground truth. The row of the scene's
+//! technique says how to render, bake and export; nothing here knows a technique by its name.
 
 pub mod bake;
 mod load;
@@ -48,18 +48,18 @@ pub fn render(
     Loaded::new(scene, assets, wanted)?.render(scene, wanted, recorder)
 }
 
-/// Lets the allocator keep the memory of a frame for the next one: a program that renders many frames calls
+/// Lets the allocator keep the memory of a frame for the next one. A program that renders many frames calls
 /// it first.
 ///
 /// A frame's buffers are megabytes each. By default glibc takes such blocks from the system one by one and
 /// gives them back when they are freed, so every frame first touches new pages: about a quarter of its time.
-/// glibc learns by what is freed: after one block of 31 MiB, never touched here, it serves blocks up to that
-/// size from its heap and keeps up to 62 MiB there. With another allocator this does nothing.
+/// glibc adapts to what is freed: after one block of 31 MiB, which is never touched here, it serves blocks up
+/// to that size from its heap and keeps up to 62 MiB there. With another allocator this does nothing.
 pub fn keep_memory() {
     drop(std::hint::black_box(vec![0_u8; 31 << 20]));
 }
 
-/// What reproducing a frame elsewhere takes, beside the scene's settings and its passes.
+/// What another program needs to reproduce a frame, beside the scene's settings and its passes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exported {
     /// What the frame is made of; its solid stands where the scene puts it, in the scene's unit.
@@ -70,10 +70,11 @@ pub struct Exported {
     pub arrays: Vec<(&'static str, Buffer)>,
 }
 
-/// Renders every pass of a scene into a recorder, and gathers what reproducing the frame elsewhere takes.
+/// Renders every pass of a scene into a recorder, and gathers what another program needs to reproduce the
+/// frame.
 ///
 /// # Errors
-/// Those of [`render`]; a scene of a technique that tells nothing.
+/// Those of [`render`]; a technique that is not exported.
 pub fn export(scene: &Scene, assets: &Assets, recorder: &mut dyn Recorder) -> Result<Exported, Error> {
     let technique = scene.technique;
     let Some(export) = technique.export else {

@@ -1,4 +1,4 @@
-//! From a scene to its ground truth.
+//! From a scene to its ground truth: preparation, sampling, and the state between runs.
 
 use super::{Loaded, MAX_MEMORY};
 use crate::Error;
@@ -16,7 +16,7 @@ use crate::world::light::Light;
 use glam::Vec3;
 use std::path::Path;
 
-/// Mean and variance, in this order: what a ground truth hands to recorders, as passes do.
+/// The two results that a ground truth hands to recorders, as passes do: mean and variance, in this order.
 pub const TRUTH: [Info; 2] = [
     Info {
         name: "truth.mean",
@@ -36,16 +36,16 @@ pub const TRUTH: [Info; 2] = [
     },
 ];
 
-/// How often the state is saved while samples are taken, in seconds, and when first.
+/// Seconds between two saves of the state while samples are taken, and until the first save.
 const OFTEN: f64 = 60.0;
 const EARLY: f64 = 10.0;
 
 /// When sampling ends: whichever comes first.
 #[derive(Debug, Clone, Copy)]
 pub struct Until {
-    /// Every pixel has so many samples, those of earlier runs among them.
+    /// Every pixel has this many samples, including those of earlier runs.
     pub samples: Option<u64>,
-    /// So many seconds have passed, and every pixel has two samples at least.
+    /// This many seconds have passed, and every pixel has at least two samples.
     pub seconds: Option<f64>,
 }
 
@@ -56,7 +56,7 @@ pub struct Sampled {
     pub samples: f64,
     /// The part that is done, from 0 to 1.
     pub part: f64,
-    /// Whether it begins now: the time left is counted from here.
+    /// Whether sampling begins now; the time left is estimated from here.
     pub begins: bool,
 }
 
@@ -65,24 +65,24 @@ pub struct Sampled {
 pub struct Truth {
     /// What light travels through.
     pub estimator: Estimator,
-    /// Who looks.
+    /// The camera and the image.
     pub sensor: truth::Sensor,
-    /// What the sums are of: settings and data that must be the same for a run to go on.
+    /// What the sums belong to: a run goes on only with the same settings and data.
     pub identity: Identity,
     /// A pixel's sums, row by row from the top left.
     pub sums: Sums,
 }
 
 impl Truth {
-    /// Loads what a scene names and prepares its ground truth: by the model of `truth.model`, or where that
-    /// is absent by the one that the scene's technique approximates.
+    /// Loads what a scene names and prepares its ground truth. The model is that of `truth.model`, or where
+    /// that is absent the one that the scene's technique approximates.
     ///
     /// # Errors
-    /// A missing or unusable asset, more than [`MAX_MEMORY`] for the sums, what the model cannot find, and
-    /// what the technique refuses where `truth.model` is absent.
+    /// A missing or unusable asset, more than [`MAX_MEMORY`] for the sums, what the model cannot estimate,
+    /// and what the technique refuses where `truth.model` is absent.
     pub fn new(scene: &Scene, assets: &Assets) -> Result<Self, Error> {
         let count = scene.size[0] * scene.size[1];
-        // The sums twice, as they are written, and the two buffers.
+        // The sums twice, since writing copies them, and the two buffers.
         if count as u64 * (2 * 48 + 2 * 12) > MAX_MEMORY {
             return Err(scene.place(
                 Error::new("needs more than 8 GiB for the sums of its pixels")
@@ -126,8 +126,8 @@ impl Truth {
         file::write(path, |out| self.identity.write(out, &self.sums))
     }
 
-    /// Takes samples, whole passes over the image, until there are enough or the time is over, and saves the
-    /// state at `path` now and then.
+    /// Takes samples in whole passes over the image until there are enough or the time is over. Now and then
+    /// it saves the state at `path`.
     ///
     /// # Errors
     /// What the system refuses.
@@ -162,7 +162,7 @@ impl Truth {
             let left = until.seconds.map_or(1.0, |seconds| seconds - (clock() - begun));
             let rate = chunk(step, clock() - pass);
             next = u64::min(rate, u64::max((rate as f64 * left) as u64, 1));
-            // What took long is not lost, were it the first sample.
+            // Samples that took long are saved, even the first one.
             if clock() - saved > wait {
                 self.save(path)?;
                 (saved, wait) = (clock(), OFTEN);
@@ -171,12 +171,13 @@ impl Truth {
         Ok(())
     }
 
-    /// Adds samples until each pixel has `samples`; `told` is told now and then how many pixels have them.
+    /// Adds samples until each pixel has `samples`; `told` is called now and then with the number of pixels
+    /// that have them.
     pub fn advance(&mut self, samples: u64, told: &mut dyn FnMut(usize)) {
         self.estimator.pixels(&self.sensor, &mut self.sums, samples, told);
     }
 
-    /// The buffers of [`TRUTH`]; of fewer than two samples the variance is 0.
+    /// The buffers of [`TRUTH`]; with fewer than two samples the variance is 0.
     pub fn buffers(&self) -> [Buffer; 2] {
         let [width, height] = self.sensor.size;
         let image = |pixel: &dyn Fn(usize) -> [f64; 3]| {
@@ -198,7 +199,7 @@ fn prepare(scene: &Scene, stage: Stage) -> Result<(Estimator, Transport), Error>
         None => (scene.technique.transport)(&stage, &scene.values)?,
     };
     if transport != Transport::Surface && scene.truth.bounces.is_some() {
-        return Err(Error::new("counts reflections between surfaces, which this model has not")
+        return Err(Error::new("counts reflections between surfaces, which this model does not have")
             .key("truth.bounces")
             .remedy("leave it out, or set truth.model to \"surface\""));
     }
@@ -219,8 +220,8 @@ fn prepare(scene: &Scene, stage: Stage) -> Result<(Estimator, Transport), Error>
     Ok((estimator, transport))
 }
 
-/// Lights as the ground truth sees them: as they are, or where `bands` is not 0, environments and directions
-/// projected to so many bands, as techniques light with them.
+/// The lights of the ground truth. With 0 bands they are taken as they are. Otherwise environments and
+/// directions are projected to `bands` bands, as techniques light with them.
 pub fn lights(all: &[Light], bands: usize) -> Lights {
     let mut lights = Lights { draw: true, ..Lights::default() };
     for light in all {
@@ -266,8 +267,8 @@ pub fn surface(brdf: Brdf, bounces: Option<usize>) -> truth::Model {
     truth::Model::Surface { brdf, bounces, normals: Normals::Interpolated }
 }
 
-/// The settings on which samples depend: those that bear on the ground truth, and of the solid's materials
-/// the one that the transport meets.
+/// The settings on which samples depend: those that bear on the ground truth, and of `surface` and `material`
+/// the table that the transport reads.
 fn settings(scene: &Scene, transport: Transport) -> serde_json::Map<String, serde_json::Value> {
     let mut settings = scene.values.bearing(Bears::Truth, |key| match key.table {
         "surface" => transport == Transport::Surface,
@@ -279,8 +280,8 @@ fn settings(scene: &Scene, transport: Transport) -> serde_json::Map<String, serd
     settings
 }
 
-/// The chunk in which samples are taken between two looks at the clock: whole passes over the image that take
-/// about a second, by how long the last ones took.
+/// How many passes over the image are made between two looks at the clock: as many as take about a second,
+/// judged by the last ones.
 fn chunk(last: u64, seconds: f64) -> u64 {
     max((last as f64 / max(seconds, 1e-6)) as u64, 1)
 }

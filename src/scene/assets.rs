@@ -1,11 +1,11 @@
-//! Real models and probes, which scenes name and the project does not have.
+//! Assets: models and environments that scenes name and the project does not include.
 
 use crate::Error;
 use crate::store::file;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Where they are.
+/// Where the assets are.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Assets {
     /// Nowhere.
@@ -23,7 +23,7 @@ impl Assets {
         std::env::var_os("BITLIGHT_ASSETS").map_or(Self::None, |folder| Self::Folder(folder.into()))
     }
 
-    /// The path of an asset, by which errors name it; one in memory is named as scenes name it.
+    /// The path of an asset, by which errors name it. An asset in memory has the name that scenes give it.
     ///
     /// # Errors
     /// Where no folder is known or the asset is not there, naming it and what to do.

@@ -332,7 +332,7 @@ pub fn schema(techniques: &[&'static Technique]) -> Json {
     let properties = |table: &str| -> Map<String, Json> {
         let mut properties = Map::new();
         for key in keys.iter().filter(|key| key.base() == table) {
-            // A key of several kinds of light (`file`) is described once; the kinds agree on its type.
+            // A key that several kinds of light have is described once: the kinds must agree on its type.
             let mut schema = match key.kind {
                 Kind::Technique => {
                     json!({"enum": techniques.iter().map(|technique| technique.name).collect::<Vec<_>>()})

@@ -28,10 +28,10 @@ const MAX_BYTES: u64 = 1 << 20;
 pub struct Scene {
     /// The file it came from.
     pub file: PathBuf,
-    /// Every value that holds, given or by default. The fields below are what they come to; the techniques
-    /// read their own.
+    /// Every value in force, given or by default. The fields below are made from them; each technique reads
+    /// its own.
     pub values: Values,
-    /// What renders it.
+    /// The technique that renders it.
     pub technique: &'static Technique,
     /// The time that is rendered, in seconds.
     pub time: f64,
@@ -43,23 +43,23 @@ pub struct Scene {
     pub background: Vec3,
     /// Stops by which previews are brightened.
     pub exposure: f32,
-    /// Who looks.
+    /// The camera.
     pub camera: Camera,
-    /// What is looked at.
+    /// The solid that is rendered.
     pub solid: Solid,
-    /// What deforms it once it is placed.
+    /// The wave that deforms the placed solid.
     pub wave: Wave,
-    /// What bends it then.
+    /// The bend that follows the wave.
     pub bend: Bend,
-    /// What it is made of.
+    /// The medium that fills it.
     pub medium: Medium,
-    /// Exponent of the highlight.
+    /// Exponent of the highlight of `[material]`.
     pub gloss: f32,
     /// How its surface reflects, for techniques that read `[surface]`.
     pub surface: Brdf,
-    /// What lights it, in the file's order.
+    /// The lights, in the file's order.
     pub lights: Vec<Source>,
-    /// What the ground truth traces.
+    /// The settings of the ground truth.
     pub truth: truth::Settings,
 }
 
@@ -134,7 +134,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// The asset that it is, if it is one.
+    /// The name of its asset, if it has one.
     pub fn asset(&self) -> Option<&str> {
         match self {
             Self::Environment { radiance: Radiance::File(name), .. } => Some(name),
@@ -194,8 +194,8 @@ impl Scene {
         values.and_then(|values| reader::scene(values, techniques, file)).map_err(|error| error.file(file))
     }
 
-    /// Every setting on which some pass depends, given or by default, by its key: not those of other
-    /// techniques nor of the ground truth.
+    /// Every setting on which some pass depends, given or by default, by its key. Those of other techniques
+    /// and of the ground truth are left out.
     pub fn settings(&self) -> Map<String, Json> {
         self.values.bearing(Bears::Picture, |key| keys::reads(self.technique, key.table))
     }
@@ -218,7 +218,7 @@ impl Scene {
         self.solid_asset().into_iter().chain(self.lights.iter().filter_map(Source::asset)).collect()
     }
 
-    /// The asset that is the solid, if it is one.
+    /// The name of the solid's asset, if it has one.
     pub fn solid_asset(&self) -> Option<&str> {
         match &self.solid.origin {
             Origin::File(name) => Some(name.as_str()),
@@ -226,7 +226,7 @@ impl Scene {
         }
     }
 
-    /// Puts an error that names no file at the scene's file, and at the line of its key.
+    /// Adds the scene's file, and the line of its key, to an error that names no file.
     pub fn place(&self, error: Error) -> Error {
         let line = error.key.as_ref().and_then(|key| self.values.line(key));
         match line.filter(|_| error.file.is_none()) {
@@ -243,7 +243,7 @@ impl Scene {
         scene
     }
 
-    /// The file's name without folder and ending: the NAME of what is written.
+    /// The file's name without folder and ending. The names of written files begin with it.
     pub fn name(&self) -> String {
         self.file.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
     }

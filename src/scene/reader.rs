@@ -28,7 +28,7 @@ type Read<T> = fn(&Values) -> T;
 /// Reads what a word stands for, from a table of its own.
 type ReadTable<T> = fn(&Values, &str) -> Result<T, Error>;
 
-/// How a highlight of each word is read.
+/// How the highlight is read that each word names.
 const HIGHLIGHTS: [(&str, Read<Gloss>); 3] = [
     ("none", |_| Gloss::None),
     ("phong", |values| Gloss::Phong { exponent: values.real("surface", "exponent") }),
@@ -41,7 +41,7 @@ const LIGHTS: [(&str, ReadTable<Source>); 3] =
     [("point", point), ("directional", directional), ("environment", environment)];
 pub(super) const LIGHT_NAMES: [&str; 3] = names(&LIGHTS);
 
-/// The scene that values say, of one of the techniques.
+/// Makes the scene that the values describe. Its technique is one of `techniques`.
 ///
 /// # Errors
 /// What is missing, and what does not fit together, by its key and line.
@@ -157,7 +157,7 @@ fn solid(values: &Values) -> Result<Solid, Error> {
     let origin = match (values.word_if("solid", "shape", &SHAPES), values.text("solid", "file")) {
         (Some(shape), None) => {
             let extents = values.vector("solid", "extents")?;
-            // Thinner, and `f32` no longer tells the depths of two opposite faces apart.
+            // In a thinner one, `f32` no longer tells the depths of two opposite faces apart.
             let least = extents.max_element() * 1e-5;
             if extents.min_element() <= 0.0 || extents.min_element() < least {
                 return Err(values

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub fn read(path: &Path, most: u64, shorter: &str) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     let length = File::open(path).and_then(|file| match file.metadata()?.len() {
-        // What is not a plain file has no length: read one byte beyond the limit at most.
+        // A file that is not a plain one reports no length, so at most one byte beyond the limit is read.
         length if length <= most => file.take(most + 1).read_to_end(&mut bytes).map(|length| length as u64),
         length => Ok(length),
     });
@@ -43,7 +43,7 @@ pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result
         .and_then(|()| fs::rename(&temporary, path));
     drop(out.into_parts()); // closed without another attempt to write
     written.map_err(|error| {
-        let _ = fs::remove_file(&temporary); // nothing more can be done about a file that is not even there
+        let _ = fs::remove_file(&temporary); // if this fails too, nothing more can be done
         refused(error)
     })
 }
@@ -213,7 +213,8 @@ impl Batch {
     /// Puts every file in its place and returns their paths, in the order of writing.
     ///
     /// # Errors
-    /// What the system refuses, naming the file; found before any is replaced where a folder has its name.
+    /// What the system refuses, naming the file. A folder that has a file's name is found before any file is
+    /// replaced.
     pub fn commit(mut self) -> Result<Vec<PathBuf>, Error> {
         let names = std::mem::take(&mut self.names);
         let places: Vec<_> = names.iter().map(|name| self.folder.join(name)).collect();

@@ -1,5 +1,5 @@
-//! A store: a folder of `.npy` files, a chunk of each entry a file, and a manifest. Entries are the poses of
-//! a bake (`pose.0007`), or whatever else is worth keeping under a name.
+//! A store: a folder with a manifest and `.npy` files, one for each chunk of an entry. Entries are the poses
+//! of a bake (`pose.0007`), or whatever else is worth keeping under a name.
 //!
 //! ```text
 //! manifest.json            what the entries were made of, and for each its chunks: shape, type, digest
@@ -16,8 +16,8 @@
 //! A killed process leaves its temporary files (`.….tmp`). A process that opens the store for writing removes
 //! them while nobody else has it open, which the lock of `.writers` tells; a reader ignores them.
 //!
-//! The manifest ends with a digest of its own. It must be, as each chunk's header, to the byte what is
-//! written here, so a flipped byte shows wherever it is.
+//! The manifest ends with a digest of its own. It and each chunk's header must be, to the byte, what this
+//! module writes, so a flipped byte is found wherever it is.
 
 use super::file;
 use super::manifest::{MANIFEST, Manifest, is_chunk, is_entry};
@@ -35,7 +35,7 @@ fn place(folder: &Path, entry: &str, chunk: &str) -> PathBuf {
     folder.join(format!("{entry}.{chunk}.npy"))
 }
 
-/// A chunk of an entry, held against what the manifest says of it.
+/// Reads a chunk of an entry and compares it with what the manifest says.
 ///
 /// # Errors
 /// A file that is missing, is no such array, or differs from the manifest in any byte, naming it.
@@ -61,12 +61,12 @@ fn chunk(folder: &Path, entry: &str, record: &Record) -> Result<Buffer, Error> {
     Ok(buffer)
 }
 
-/// Reads the chunks of an entry and verifies them, by their names; `made_of` is what the store must have been
-/// made of.
+/// Reads and verifies the chunks of an entry, by their names. `made_of` is what the store must have been made
+/// of.
 ///
 /// # Errors
-/// A folder that is no store, one that was made of something else, naming the first key that differs, an
-/// entry that it does not have, and a damaged chunk, naming the file.
+/// A folder that is no store; a store that was made of something else, where the first key that differs is
+/// named; a missing entry; a damaged chunk, naming the file.
 pub fn read(
     folder: &Path,
     made_of: &Map<String, Json>,
@@ -115,12 +115,14 @@ fn existing(folder: &Path) -> Result<Manifest, Error> {
 pub struct Store {
     folder: PathBuf,
     made_of: Map<String, Json>,
-    /// Held shared while the store is open: a process that gets it alone knows that nobody writes.
+    /// Locked shared while the store is open. A process that can lock it exclusively knows that nobody
+    /// writes.
     _writers: File,
 }
 
 impl Store {
-    /// Opens the store in `folder`, made where it is not there, for entries that are made of `made_of`.
+    /// Opens the store in `folder`, for entries that are made of `made_of`. A store that is not there is
+    /// created.
     ///
     /// # Errors
     /// A store that was made of something else, naming the first key that differs; a damaged manifest; what
@@ -141,7 +143,7 @@ impl Store {
     }
 
     /// Which entries are still to be made: those that the manifest does not have, and with `repair` damaged
-    /// ones. All that are there are verified.
+    /// ones. All entries that are there are verified.
     ///
     /// # Errors
     /// A damaged entry, by its file, without `repair`.
@@ -164,8 +166,8 @@ impl Store {
     /// What the system refuses; a manifest that somebody has changed or removed in the meantime.
     ///
     /// # Panics
-    /// For an entry's name that is more than small letters and digits between dots, and a chunk's that is
-    /// more than small letters.
+    /// Where an entry's name has anything but small letters and digits between dots, or a chunk's name
+    /// anything but small letters.
     pub fn put(&self, entry: &str, chunks: &[(&str, &Buffer)]) -> Result<(), Error> {
         assert!(is_entry(entry), "{entry} is no name of an entry");
         let mut records = Vec::new();
@@ -177,7 +179,7 @@ impl Store {
         self.rewrite(None, |manifest| drop(manifest.entries.insert(entry.to_owned(), records)))
     }
 
-    /// What is there now.
+    /// The manifest as it is now.
     ///
     /// # Errors
     /// A manifest that is damaged or has gone.
@@ -185,8 +187,8 @@ impl Store {
         existing(&self.folder)
     }
 
-    /// Reads the manifest, changes it and puts it in its place, while no other process does; `fresh` is what
-    /// it is where there is none.
+    /// Reads, changes and rewrites the manifest under the lock, so that no other process does so meanwhile.
+    /// Where there is no manifest, `fresh` is changed and written.
     fn rewrite(&self, fresh: Option<Manifest>, change: impl FnOnce(&mut Manifest)) -> Result<(), Error> {
         let path = self.folder.join(".lock");
         let lock = lock_file(&path)?;
@@ -195,7 +197,7 @@ impl Store {
         let Some(mut changed) = manifest.clone().or(fresh) else {
             return Err(Error::new("has lost its manifest while it was written")
                 .file(&self.folder)
-                .remedy("bake it again; the poses that were there count for nothing without it"));
+                .remedy("bake it again: its poses cannot be used without it"));
         };
         same(&self.folder, &self.made_of, &changed, "choose another folder with -o, or delete this store")?;
         change(&mut changed);

@@ -69,7 +69,7 @@ impl Files {
         &self.kept
     }
 
-    /// Every pass that ran, and the sum of their times in seconds.
+    /// The time that all passes together took, in seconds.
     pub fn seconds(&self) -> f64 {
         self.timings.passes.iter().map(|(_, seconds)| seconds).sum()
     }
@@ -100,7 +100,7 @@ impl Recorder for Files {
     }
 }
 
-/// Writes an RGB image for eyes.
+/// Writes the preview of an RGB image.
 fn preview(path: &Path, image: &Buffer, exposure: f32) -> Result<(), Error> {
     let gain = pow(2.0, exposure);
     let codes: Vec<u8> = image.as_f32().iter().map(|value| png::srgb8(value * gain)).collect();

@@ -7,17 +7,17 @@ use serde_json::{Map, Value as Json, json};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The most of a manifest that is read, in bytes.
+/// The longest manifest that is read, in bytes.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// What the manifest says that it is. Changes with the meaning of the files and with every change of the bits
-/// that are baked, so that no store mixes them; `tests/store.rs` knows a digest.
+/// The manifest's format. It changes with the meaning of the files and with every change of the baked bits,
+/// so that no store mixes two; `tests/store.rs` has a digest by which a change shows.
 const FORMAT: &str = "bitlight store 2";
 
 /// Its file in the store.
 pub(super) const MANIFEST: &str = "manifest.json";
 
-/// What a store must be.
+/// What a store was made of, and what its files must be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Manifest {
     /// What the entries were made of: texts by key, since a number need not survive JSON to the bit.
@@ -30,7 +30,7 @@ impl Manifest {
     /// Reads the manifest of the store in `folder`; none where the folder has no such file.
     ///
     /// # Errors
-    /// A file that cannot be read, or is in any byte other than a store writes it, naming it.
+    /// A file that cannot be read, or that differs in any byte from what a store writes, naming it.
     pub fn read(folder: &Path) -> Result<Option<Self>, Error> {
         let path = folder.join(MANIFEST);
         let Some(bytes) = file::read_if_there(&path, MAX_BYTES, "check that it is the manifest of a store")?
@@ -46,7 +46,7 @@ impl Manifest {
         }
     }
 
-    /// BLAKE3 over what the manifest says, as hexadecimal digits: that of the whole store.
+    /// BLAKE3 over what the manifest says, as hexadecimal digits: the digest of the whole store.
     pub fn digest(&self) -> String {
         blake3::hash(self.json().to_string().as_bytes()).to_hex().to_string()
     }
@@ -84,7 +84,7 @@ pub(super) fn is_chunk(name: &str) -> bool {
     !name.is_empty() && name.bytes().all(|letter| letter.is_ascii_lowercase())
 }
 
-/// Whether an entry may: small letters and digits, in parts between dots.
+/// Whether an entry may have this name: small letters and digits, in parts between dots.
 pub(super) fn is_entry(name: &str) -> bool {
     let part = |part: &str| {
         !part.is_empty() && part.bytes().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit())

@@ -1,4 +1,4 @@
-//! The techniques, a row each. What stands above this folder knows them by their rows alone: a new one is a
+//! The techniques, one row each. Code above this folder knows them by their rows alone. A new technique is a
 //! folder here and a line in [`ALL`].
 
 pub mod prt;
@@ -27,7 +27,7 @@ pub struct Technique {
     pub scene: &'static str,
     /// The keys of its table, which has its name.
     pub keys: &'static [Key],
-    /// The tables that it reads of those that not every technique does: `material`, `surface`.
+    /// Which of the tables `material` and `surface` it reads. Every technique reads the other shared tables.
     pub tables: &'static [&'static str],
     /// The kinds of light that it takes, the one to start from first.
     pub lights: &'static [&'static str],
@@ -37,26 +37,26 @@ pub struct Technique {
     pub passes: &'static [Info],
     /// How many bands of an environment it takes.
     pub bands: fn(&Values) -> usize,
-    /// The most that an axis of a pass's buffer can be long; `None` for what is the same in every technique.
+    /// The greatest length of an axis of a pass's buffer; `None` for an axis that every technique has alike.
     pub length: fn(&Outline<'_>, &Info, Axis) -> Option<usize>,
     /// The bytes that a pass needs beside its buffer, if they are many, and the key that sets how many.
     pub scratch: fn(&Outline<'_>, &Info) -> Option<(&'static str, u64)>,
     /// Whether light enters the solid, so that what it is made of bears on a bake.
     pub enters: fn(&Values) -> bool,
-    /// What a bake of it is, if it bakes.
+    /// What it bakes, if it bakes.
     pub bake: Option<Bake>,
     /// The transport that it approximates, which its ground truth traces.
     pub transport: fn(&Stage, &Values) -> Result<Transport, Error>,
-    /// Renders passes from a stage into a recorder; those that are given it does not run.
+    /// Renders passes from a stage into a recorder. Passes whose buffers are given do not run.
     pub render: Render,
-    /// What reproducing a frame elsewhere takes, if it is told.
+    /// What another program needs to reproduce a frame, if the technique exports it.
     pub export: Option<Export>,
 }
 
 /// Renders passes; see [`Technique::render`].
 pub type Render = fn(Stage, &Values, &[&str], Given, &mut dyn Recorder) -> Result<(), Error>;
 
-/// Gathers what reproducing a frame elsewhere takes; see [`Export::gather`].
+/// Gathers what another program needs to reproduce a frame; see [`Export::gather`].
 pub type Gather = fn(&Stage, &Values, &Kept) -> Result<(Json, Vec<Buffer>), Error>;
 
 /// What a technique bakes.
@@ -64,40 +64,40 @@ pub type Gather = fn(&Stage, &Values, &Kept) -> Result<(Json, Vec<Buffer>), Erro
 pub struct Bake {
     /// Every pass that bakes may store: what does not depend on lights and camera and is worth keeping.
     pub passes: &'static [&'static str],
-    /// Those that a bake stores under certain settings. The others are then read by nothing but them.
+    /// Those that a bake stores under certain settings. Only they read the others.
     pub stored: fn(&Outline<'_>) -> Vec<&'static str>,
     /// How many poses the scene has.
     pub poses: fn(&Values) -> u32,
 }
 
-/// What a technique tells of a frame for those who reproduce it.
+/// What a technique exports of a frame for programs that reproduce it.
 #[derive(Debug, Clone, Copy)]
 pub struct Export {
     /// The arrays by name, and what each holds.
     pub arrays: &'static [(&'static str, &'static str)],
-    /// Facts as an object of JSON, and the arrays, of a stage and all its passes.
+    /// Makes facts, an object of JSON, and the arrays from a stage and all its passes.
     pub gather: Gather,
 }
 
 /// What the sizes of buffers depend on, known before anything is loaded.
 #[derive(Debug, Clone, Copy)]
 pub struct Outline<'a> {
-    /// What the scene says.
+    /// The scene's values.
     pub values: &'a Values,
     /// How the solid's surface reflects.
     pub surface: &'a Brdf,
     /// Width and height of the image, in pixels.
     pub size: [usize; 2],
-    /// Lights.
+    /// How many lights there are.
     pub lights: usize,
-    /// Of these, points and directions.
+    /// How many of these are points or directions.
     pub casters: usize,
     /// Vertices of the solid; 0 before it is loaded.
     pub vertices: usize,
 }
 
 impl Technique {
-    /// The passes that a request for some needs beside those that are given, in flow order.
+    /// The passes that a request for `wanted` needs where the buffers of `given` are there, in flow order.
     ///
     /// # Errors
     /// An unknown pass, with the nearest known one.

@@ -9,7 +9,7 @@ pub(super) struct Alias {
 }
 
 impl Alias {
-    /// The table of `weights`, none negative; where all are 0 every index is as likely.
+    /// The table of `weights`, none negative; where all are 0, every index is equally likely.
     pub(super) fn new(weights: &[f64]) -> Self {
         let total = crate::numeric::sum::sum(weights);
         let count = weights.len();

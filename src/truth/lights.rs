@@ -1,5 +1,5 @@
-//! What lights a scene: points, directions, and environments of which any direction can be asked and maps can
-//! be drawn from.
+//! The lights of a scene: points, directions and environments. Every environment tells its radiance from any
+//! direction; directions can be drawn from those that are maps.
 
 use super::alias::Alias;
 use crate::numeric::order::{clamp, max};
@@ -50,8 +50,8 @@ pub struct Map {
     radiance: LatLong,
     /// Factor on it.
     scale: f32,
-    /// Texels by the greatest sum of the channels that a bilinear look-up in them can meet, times their solid
-    /// angle: so none is drawn too rarely.
+    /// Draws texels. A texel's weight is the greatest sum of the channels that a bilinear look-up in it can
+    /// meet, times its solid angle, so that none is drawn too rarely.
     table: Alias,
 }
 
@@ -149,8 +149,8 @@ impl Sky {
         }
     }
 
-    /// Draws a direction in proportion to a map's radiance, with its density; none of what is smooth or has a
-    /// sign.
+    /// Draws a direction in proportion to a map's radiance, with its density; `None` for a sky that is no
+    /// map.
     pub(super) fn sample(&self, random: &mut Sample) -> Option<(Vec3, f32)> {
         match self {
             Self::Map(map) => Some(map.sample(random)),
@@ -174,8 +174,8 @@ pub struct Lights {
     pub lamps: Vec<Lamp>,
     /// Environments; they add up.
     pub skies: Vec<Sky>,
-    /// Whether maps are drawn from, each draw weighted with the surface's own; else the surface alone is
-    /// drawn from, which is as right and noisier.
+    /// Whether directions are drawn from maps too, weighted against those that the surface draws. Otherwise
+    /// the surface alone draws them, which is as correct and noisier.
     pub draw: bool,
 }
 

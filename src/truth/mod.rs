@@ -6,7 +6,7 @@
 //! dielectric boundary ([`Model::Medium`], `walk.rs`), and the dipole integrated over the surface
 //! ([`Model::Dipole`], `dipole.rs`: Banterle and Chalmers, Eq. 1 and 2). A sample is a function of pixel,
 //! number and scene alone (contract 5), and a pixel adds its samples in their order ([`Sums`]), so sums are
-//! the same bits on any number of threads and however often they stop.
+//! the same bits on any number of threads and however often a run stops.
 
 mod alias;
 mod boundary;
@@ -51,12 +51,12 @@ pub enum Normals {
     Interpolated,
 }
 
-/// What light does in a scene.
+/// A model of light transport.
 #[derive(Debug, Clone)]
 pub enum Model {
     /// Surfaces reflect, on both sides.
     Surface {
-        /// How.
+        /// The reflection.
         brdf: Brdf,
         /// How many reflections a path may have; 1 is light reflected once, 0 what surfaces emit, `None` any
         /// number.
@@ -68,20 +68,20 @@ pub enum Model {
     Medium(Volume),
     /// The dipole's integral over the mesh.
     Dipole {
-        /// What it is made of.
+        /// The medium.
         medium: Medium,
         /// Normals of irradiance and transmittance.
         normals: Normals,
     },
 }
 
-/// What light travels through, and what is asked for samples of it.
+/// What samples of the radiance are drawn from: mesh, model and lights.
 #[derive(Debug, Clone)]
 pub struct Estimator {
     mesh: Arc<Mesh>,
     bvh: Bvh,
     bounds: Bounds,
-    /// Of a medium's boundary.
+    /// The clearance from a medium's boundary; `None` for other models.
     clearance: Option<Clearance>,
     model: Model,
     /// What shines from outside.
@@ -100,10 +100,10 @@ pub enum Filter {
     Box,
 }
 
-/// Who looks.
+/// The camera and the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor {
-    /// From where to where.
+    /// The camera.
     pub camera: Camera,
     /// Width and height of the image, in pixels.
     pub size: [usize; 2],
@@ -127,7 +127,7 @@ impl Sensor {
 pub struct Rays {
     eye: Vec3,
     axes: Axes,
-    /// Of half the angles of the view, across and upward.
+    /// The tangents of half the view's angles, across and upward.
     tangents: [f32; 2],
     size: [usize; 2],
 }
@@ -145,7 +145,7 @@ impl Rays {
 }
 
 impl Estimator {
-    /// One without emitting triangles.
+    /// An estimator without emitting triangles.
     pub fn new(mesh: impl Into<Arc<Mesh>>, model: Model, lights: Lights) -> Self {
         let mesh = mesh.into();
         let (bvh, bounds) = (Bvh::new(&mesh), mesh.bounds());
@@ -154,7 +154,7 @@ impl Estimator {
         Self { mesh, bvh, bounds, clearance, model, lights, emission: Vec::new() }
     }
 
-    /// Refuses what the model cannot find; its samples then would be no estimate of it.
+    /// Refuses scenes that the model's samples would not estimate.
     ///
     /// # Errors
     /// [`Model::Medium`] of a mesh that is not closed, of a medium that is empty in some channel, and of η ≠
@@ -167,7 +167,7 @@ impl Estimator {
         }
     }
 
-    /// What light does.
+    /// The model of light transport.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -198,7 +198,7 @@ impl Estimator {
     /// Whether a closed mesh has a point inside: a ray from there leaves it through an odd number of
     /// triangles.
     pub fn encloses(&self, point: Vec3) -> bool {
-        // No direction that models prefer.
+        // A direction along which models hardly have edges or faces.
         let mut ray = Ray::new(point, Vec3::new(0.531, 0.683, 0.502));
         let mut crossings = 0;
         while let Some(hit) = self.bvh.nearest(&ray) {
@@ -208,8 +208,9 @@ impl Estimator {
         crossings % 2 == 1
     }
 
-    /// Adds samples of the radiance that each pixel sees, until each has `samples`; `told` is told now and
-    /// then how many have them. Elements of the sums are pixels, row by row from the top left.
+    /// Adds samples of the radiance that each pixel sees, until each has `samples`. `told` is called now and
+    /// then with the number of pixels that have them. The sums' elements are pixels, row by row from the top
+    /// left.
     pub fn pixels(&self, view: &Sensor, sums: &mut Sums, samples: u64, told: &mut dyn FnMut(usize)) {
         let rays = view.rays();
         let look = |pixel: usize, at: [f32; 2]| {
@@ -250,8 +251,8 @@ impl Estimator {
     }
 
     /// One sample of the radiance that leaves a point with a normal of its own towards the unit vector `eye`,
-    /// RGB, by reflection: what a technique that computes in vertices is compared with. Rays leave `point`
-    /// exactly; one in a vertex does not meet the triangles around it.
+    /// RGB, by reflection: what a technique that computes in vertices is compared with. Rays start exactly in
+    /// `point`; one that starts in a vertex does not meet the triangles around it.
     ///
     /// # Panics
     /// Where the model is not [`Model::Surface`].
@@ -263,8 +264,8 @@ impl Estimator {
     }
 
     /// Adds samples of the radiance that leaves each vertex of the mesh along its normal, until each has
-    /// `samples`: of a diffuse surface what leaves it in every direction, the number that techniques have in
-    /// vertices. Elements of the sums are vertices.
+    /// `samples`. Of a diffuse surface this is the radiance in every direction, which techniques compute at
+    /// vertices. The sums' elements are vertices.
     ///
     /// # Panics
     /// As [`Self::leaving`].

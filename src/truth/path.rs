@@ -1,8 +1,8 @@
 //! Light that surfaces reflect: paths from the eye (Kajiya 1986).
 //!
-//! L(x, o) = Σ over lights and ∫ over directions of f(i, o) L(x, i) cos θ di, where the reflection's own
-//! sampling draws the directions of the integral, again and again. At each point, shadow rays add the light
-//! of points and directions. A map is drawn from too, and the balance heuristic combines the two strategies.
+//! L(x, o) = Σ over lights and ∫ over directions of f(i, o) L(x, i) cos θ di. The reflection's own sampling
+//! draws the directions of the integral, at each point anew. At each point, shadow rays add the light of
+//! points and directions. A map is drawn from too, and the balance heuristic combines the two strategies.
 //! Constants and projections are smooth, and projections may be negative: these are met by the reflection's
 //! draws alone. So no density depends on their sign, and the result is linear in the light, sample by sample.
 //! Emitting triangles are met in the same way.
@@ -16,7 +16,7 @@ use crate::trace::Ray;
 use crate::world::brdf::Brdf;
 use glam::Vec3;
 
-/// Reflections after which a path may end by chance, where their number has no limit of its own.
+/// Reflections after which a path may end by chance, where nothing limits their number.
 const SURE: u32 = 4;
 
 /// The greatest chance that such a path goes on, so that the longest paths in white rooms end too.

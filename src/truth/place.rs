@@ -1,4 +1,4 @@
-//! *Places*, the points of a surface that paths meet, and rays that leave them on the side that is meant.
+//! *Places*, the points of a surface that paths meet, and rays that leave them on the intended side.
 
 use super::Normals;
 use crate::numeric::order::max3;

@@ -40,7 +40,7 @@ pub const KEYS: &[Key] = &[
         "truth",
         "model",
         Kind::Choice(&Transport::NAMES),
-        &[], // which transport is traced counts in any case, also where the technique tells it
+        &[], // `run::truth` adds the transport that is traced, also where the technique says which
         "What the ground truth traces: light between surfaces, in the medium, or by the dipole; what the \
          technique approximates if absent.",
     )
@@ -51,7 +51,7 @@ pub const KEYS: &[Key] = &[
         "bands",
         Kind::Whole(0.0, 32.0),
         TRUTH,
-        "Bands to which the ground truth sees environments and directions of light; 0 for the lights \
+        "Bands to which the ground truth projects environments and directional lights; 0 for the lights \
          themselves.",
     )
     .or("0"),
@@ -88,7 +88,7 @@ pub const KEYS: &[Key] = &[
 pub struct Settings {
     /// Which transport; `None` for the one that the technique approximates.
     pub model: Option<Transport>,
-    /// Bands to which an environment is seen; 0 for the environment itself.
+    /// Bands to which environments and directions are projected; 0 to take them as they are.
     pub bands: usize,
     /// The most reflections between points of the solid before the one to the eye; `None` for no limit.
     pub bounces: Option<usize>,

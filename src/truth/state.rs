@@ -1,4 +1,4 @@
-//! What a stopped estimate goes on from: a file with the sums so far, and of which scene they are.
+//! The file from which a stopped estimate goes on: the sums so far, and which scene they belong to.
 //!
 //! One line of JSON, then for each pixel six `f64`, little-endian: the sums of R, G, B and those of their
 //! squares.
@@ -15,7 +15,7 @@ const FORMAT: &str = "bitlight truth 3";
 /// The most bytes of the first line.
 const MAX_HEADER: u64 = 1 << 20;
 
-/// What must be the same for sums to be of the same estimate.
+/// What must be the same for two runs to add to one estimate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identity {
     /// The settings that matter, by their keys.
@@ -94,5 +94,5 @@ fn digest(samples: u64, sums: &[u8]) -> String {
     blake3::Hasher::new().update(&samples.to_le_bytes()).update(sums).finalize().to_hex().to_string()
 }
 
-/// What to do about a state that cannot be gone on from.
+/// What to do about a state from which no run can go on.
 pub const ANEW: &str = "give another folder with -o, or delete it to begin anew";

@@ -1,4 +1,4 @@
-//! Sums of samples, element by element (pixels, vertices), and what they say.
+//! Sums of samples, element by element (pixels, vertices), with their means and variances.
 
 use crate::numeric::parallel;
 use crate::numeric::random::Sample;
@@ -7,7 +7,7 @@ use glam::Vec3;
 /// Elements that one thread takes together.
 const RUN: usize = 64;
 
-/// Elements after which somebody is told.
+/// Elements after which progress is reported.
 const BLOCK: usize = 64 * RUN;
 
 /// The seed of every random number.
@@ -24,13 +24,13 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// No sample yet of `count` elements.
+    /// The sums of `count` elements without samples.
     pub fn new(count: usize) -> Self {
         Self { samples: 0, values: vec![[0.0; 6]; count] }
     }
 
-    /// Adds samples until each element has `samples`: `of(element)` is what draws one of its samples. `told`
-    /// is told now and then how many elements have them.
+    /// Adds samples until each element has `samples`: `of(element)` makes the function that draws its
+    /// samples. `told` is called now and then with the number of elements that have them.
     pub fn advance<S: Fn(&mut Sample) -> Vec3>(
         &mut self,
         samples: u64,
@@ -70,7 +70,7 @@ impl Sums {
         [0, 1, 2].map(|channel| {
             let (sum, squares) = (self.values[element][channel], self.values[element][3 + channel]);
             let spread = squares - sum * (sum / count);
-            // Rounding can take what is 0 below it.
+            // Rounding can make a spread of 0 negative.
             (if spread > 0.0 { spread } else { 0.0 }) / (count * (count - 1.0))
         })
     }

@@ -51,7 +51,8 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// The medium whose reduced scattering σs' = (1 − g) σs a dipole is made of, in the scene's unit.
+    /// The medium that a dipole stands for, in the scene's unit. The dipole knows its reduced scattering σs'
+    /// = (1 − g) σs.
     pub fn new(medium: &Medium, anisotropy: f32) -> Self {
         let unit = medium.millimetres;
         Self {
@@ -79,7 +80,7 @@ pub fn scatter(g: f32, direction: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     if g == 0.0 {
         return polar(1.0 - 2.0 * u, v); // alike in all directions, so also about z
     }
-    // The inverse of the distribution in t = 1 - 2u, with what is divided by g cancelled.
+    // The inverse of the distribution in t = 1 - 2u, with the division by g cancelled.
     let t = 1.0 - 2.0 * u;
     let (squares, length) = (g * g, 1.0 - g * t);
     let cosine = 0.5 * g * (3.0 + t * t + squares * (t * t - 1.0)) - t * (1.0 + squares);
@@ -120,8 +121,8 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// The path goes `length` through the medium. No power overflows, since no length that is drawn exceeds
-    /// 17 of the hero's mean free paths.
+    /// The path goes `length` through the medium. No exponential overflows, since no length that is drawn
+    /// exceeds 17 of the hero's mean free paths.
     fn cross(&mut self, length: f32) {
         for channel in 0..3 {
             if self.beyond[channel] != 0.0 {
@@ -235,8 +236,8 @@ fn outside(scene: &Estimator, place: &Place, direction: Vec3) -> Option<Place> {
     Some(Place::new(&scene.mesh, &scene.bvh, &hit, Normals::Face))
 }
 
-/// Walks from a place of the boundary inward until the path leaves: where, and in which direction. None where
-/// it ends.
+/// Walks inward from a place of the boundary. Returns where the path leaves and in which direction; `None`
+/// where it ends inside.
 fn inside(
     scene: &Estimator,
     path: &mut Path<'_>,
@@ -287,7 +288,7 @@ fn inside(
     }
 }
 
-/// The light of points and directions that scatters at `point` back along the path, where η = 1.
+/// The light of points and directions that `point` scatters back along the path, where η = 1.
 fn joined(scene: &Estimator, path: &Path<'_>, point: Vec3, direction: Vec3) -> Vec3 {
     let mut total = Vec3::ZERO;
     for caster in &scene.lights.lamps {

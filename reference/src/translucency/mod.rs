@@ -13,7 +13,8 @@
 //! | Eq. 8 | [`crate::sh::k`] |
 //! | Eq. 9 | [`crate::sh::eq9_real`], [`crate::sh::y`] |
 //! | Eq. 10 | [`eq10_radiosity`] |
-//! | Eq. 11 | [`eq11_matrix`], [`eq11_matrix_as_printed`], [`EQ11_CONSTANTS_AS_PRINTED`], [`eq11_constants`] |
+//! | Eq. 11 | [`eq11_matrix`], [`eq11_constants`] |
+//! | Eq. 11 as printed | [`eq11_matrix_as_printed`], [`EQ11_CONSTANTS_AS_PRINTED`] |
 //! | Eq. 12 | [`eq12_radiance`], [`eq12_attenuation_as_printed`], [`eq12_radiance_as_printed`] |
 
 pub mod blur;

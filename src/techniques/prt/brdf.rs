@@ -1,6 +1,6 @@
-//! `prt.brdf`: the matrix of the surface's BRDF with the cosine in it, by functions of the exit and of the
-//! light: y(o)ᵗ B M L is the radiance that leaves a vertex towards o, which bounces take as it is in these
-//! bands. What leaves towards the camera is exact in o (`exits`).
+//! `prt.brdf`: B, the matrix of the surface's BRDF times the cosine, from functions of the light to functions
+//! of the exit direction o. y(o)ᵗ B M L is the radiance that leaves a vertex towards o. Bounces take it as it
+//! is in these bands. Radiance towards the camera is exact in o (`exits`).
 
 use super::Frame;
 use crate::bake::brdf;

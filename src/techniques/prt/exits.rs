@@ -1,11 +1,11 @@
-//! `prt.exits`: the surface's BRDF, cosine included, as coefficients of the light's side for a row of exits
-//! (B of Feng et al. 2007, Eq. 5: the paper too discretises the exits, in a map of 32 × 32 by stereographic
-//! projection, before it projects).
+//! `prt.exits`: the surface's BRDF times the cosine, for a row of exit directions, each as coefficients over
+//! the light's directions. This is B of Feng et al. 2007, Eq. 5: the paper too discretises the exits, in a
+//! map of 32 × 32 by stereographic projection, before it projects.
 //!
-//! Exits lie at azimuth 0, evenly in the tangent of half their angle to the normal, which is stereographic
-//! projection; the BRDF is isotropic, so for another azimuth φ the functions of order m turn by mφ. The last
-//! exit lies just above the horizon and stands for all below it: a vertex that is averted from the camera, at
-//! a silhouette, is no dark spot.
+//! Exits lie at azimuth 0, evenly in the tangent of half their angle to the normal, as stereographic
+//! projection puts them. The BRDF is isotropic, so for another azimuth φ the functions of order m turn by mφ.
+//! The last exit lies just above the horizon and stands for all below it. So a vertex at a silhouette that
+//! faces away from the camera is no dark spot.
 
 use super::Frame;
 use crate::bake::brdf;
@@ -46,8 +46,8 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
     Buffer::f32(&[exits.len(), frame.functions(), 3], rows.into_flattened())
 }
 
-/// The coefficients for one exit, a unit vector in the vertex's frame: between its two neighbours of the
-/// table, turned to its azimuth.
+/// The coefficients for one exit, a unit vector in the vertex's frame: interpolated between its two
+/// neighbours in the table, and turned to its azimuth.
 pub(super) fn row(table: &[f32], bands: usize, exit: [f64; 3], row: &mut [[f64; 3]]) {
     let [x, y, z] = exit;
     let across = (x * x + y * y).sqrt();
@@ -86,7 +86,8 @@ mod tests {
     fn a_row_between_two_exits_is_that_of_the_exit() {
         let exits: Vec<_> = (0..60)
             .map(|i| {
-                // Nearer the horizon the nodes of `brdf::rows` resolve Cook and Torrance no longer.
+                // Nearer the horizon, the nodes of `brdf::rows` no longer resolve Cook and Torrance's
+                // highlight.
                 let z = 0.15 + 0.85 * unit(3, i, 0, 0);
                 let (s, c) = crate::numeric::turns::sin_cos(f64::from(unit(3, i, 1, 0)));
                 let across = (1.0 - z * z).sqrt();

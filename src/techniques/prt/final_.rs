@@ -1,5 +1,6 @@
-//! `prt.final`: the picture, the radiance of the vertices interpolated over what each pixel sees, that from
-//! within times Schlick's transmittance at the cosine of the interpolated normal. Inner sides are black.
+//! `prt.final`: the picture. The radiance of the vertices is interpolated at each pixel. Its part from within
+//! the solid is multiplied by Schlick's transmittance at the cosine of the interpolated normal. Inner sides
+//! are black.
 
 use super::Frame;
 use crate::bake;

@@ -5,9 +5,9 @@ use crate::raster::View;
 use crate::world::Stage;
 use crate::world::brdf::{Brdf, Gloss};
 
-/// Whether a pass has something to compute of such a surface under such settings. Where it has not, the first
-/// axis of its buffer (of a matrix both) has no length: a diffuse surface needs no matrices, and one with a
-/// highlight has its diffuse part in them.
+/// Whether a pass has something to compute for a surface under some settings. Where it has not, the first
+/// axis of its buffer has length 0, in `prt.brdf` the first two. A diffuse surface needs no matrices; one
+/// with a highlight has its diffuse part in them.
 pub fn computes(pass: &str, surface: &Brdf, settings: &Settings) -> bool {
     let glossy = surface.gloss != Gloss::None;
     match pass {
@@ -22,7 +22,7 @@ pub fn computes(pass: &str, surface: &Brdf, settings: &Settings) -> bool {
 /// What a frame is made of, and the technique's knobs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Solid, lights and camera. Its lights are none or far away.
+    /// Solid, lights and camera. All lights are far away.
     pub stage: Stage,
     /// The camera's view.
     pub view: View,

@@ -1,7 +1,8 @@
 //! `prt.light`: the distant radiance of each light as n² coefficients, Lᵢ = ∫ L(ω) yᵢ(ω) dω.
 //!
-//! An environment's are projected when it is loaded. A directional light is a delta: E yᵢ towards it, whose
-//! irradiance on a surface that faces it is E in the limit of many bands, and rings below.
+//! An environment is projected when it is loaded. A directional light is a delta: its coefficients are E yᵢ
+//! in the direction towards it. Their irradiance on a surface that faces it is E in the limit of many bands,
+//! and rings with fewer.
 
 use super::Frame;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB, Twin};

@@ -1,5 +1,5 @@
-//! `prt.matrices`: M, which makes of light what arrives at a vertex in its own frame (T of Feng et al. 2007,
-//! Eq. 5).
+//! `prt.matrices`: M, which maps the coefficients of the light to those of the radiance that arrives at a
+//! vertex, in the vertex's own frame (T of Feng et al. 2007, Eq. 5).
 
 use super::Frame;
 use super::visibility::read;

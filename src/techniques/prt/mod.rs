@@ -1,6 +1,7 @@
-//! Precomputed radiance transfer at the vertices of a solid (Sloan, Kautz and Snyder 2002), the ground that
-//! the papers on learned transfer and on skinned animation compress and predict, and the rival of fig. 13b of
-//! Banterle and Chalmers. Light is from far away alone: spherical-harmonic coefficients of a few bands.
+//! Precomputed radiance transfer at the vertices of a solid (Sloan, Kautz and Snyder 2002). Papers on learned
+//! transfer and on skinned animation compress and predict this data; fig. 13b of Banterle and Chalmers
+//! compares with it. All light comes from far away: it is given as spherical-harmonic coefficients of a few
+//! bands.
 //!
 //! ```text
 //! visibility ┬→ vectors (diffuse) ─────────────┐
@@ -10,9 +11,9 @@
 //! light ───────────────────────────────────────┘ vbuffer ─┘
 //! ```
 //!
-//! A surface has one side: the inner one of an open mesh is black, where the ground truth reflects on both.
-//! What a surface or the settings do not ask for is an empty buffer ([`computes`]). The transfer is that of
-//! [`crate::bake`]; these passes say which of it a frame needs, and light it.
+//! A surface has one side: the inner one of an open mesh is black, whereas the ground truth reflects on both.
+//! A pass that neither surface nor settings ask for has an empty buffer ([`computes`]). [`crate::bake`]
+//! computes the transfer; these passes choose what a frame needs of it, and light it.
 
 mod bounced;
 mod brdf;
@@ -89,8 +90,8 @@ pub const PASSES: [Pass<Frame>; 11] = [
     final_::PASS,
 ];
 
-/// Vertices or pixels that a pass computes together: a constant, so that the order of a thread's work cannot
-/// show.
+/// Vertices or pixels that a pass computes together: a constant, so that results do not depend on the number
+/// of threads.
 const RUN: usize = 256;
 
 fn length(outline: &Outline<'_>, info: &Info, axis: Axis) -> Option<usize> {
@@ -106,8 +107,8 @@ fn length(outline: &Outline<'_>, info: &Info, axis: Axis) -> Option<usize> {
     }
 }
 
-/// Where light bounces, what each blocked direction meets, at most all above the horizon: a hit, a meeting of
-/// its vertex, one of the list.
+/// Where light bounces, the bytes for what each blocked direction meets: a hit, a meeting of its vertex, and
+/// one of the list. At most all directions above the horizon are blocked.
 fn scratch(outline: &Outline<'_>, info: &Info) -> Option<(&'static str, u64)> {
     let settings = Settings::read(outline.values);
     let bounces = settings.bounces > 0 && computes(info.name, outline.surface, &settings);
@@ -120,7 +121,7 @@ fn scratch(outline: &Outline<'_>, info: &Info) -> Option<(&'static str, u64)> {
 fn stored(outline: &Outline<'_>) -> Vec<&'static str> {
     let settings = Settings::read(outline.values);
     let computes = |pass: &str| computes(pass, outline.surface, &settings);
-    // What bounces add to is in `bounced` too.
+    // `bounced` has the matrices to which bounces add in it.
     let matrices = if computes("prt.bounced") { "prt.bounced" } else { "prt.matrices" };
     let all = ["prt.visibility", "prt.vectors", matrices, "prt.scattered"];
     all.into_iter().filter(|pass| computes(pass)).collect()
@@ -132,7 +133,7 @@ fn transport(stage: &Stage, values: &Values) -> Result<Transport, Error> {
     match Settings::read(values).subsurface {
         Subsurface::None => Ok(Transport::Surface),
         Subsurface::Dipole if reflects => {
-            Err(Error::new("is absent, and the solid both reflects and has light go through it")
+            Err(Error::new("is absent, and the solid both reflects light and lets it through")
                 .key("truth.model")
                 .remedy("set it to \"surface\" or \"dipole\": the whole light is the sum of the two"))
         }

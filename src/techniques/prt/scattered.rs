@@ -1,12 +1,13 @@
-//! `prt.scattered`: what enters the solid and leaves after many scatterings, by the dipole integrated over
-//! the mesh (Jensen et al. 2001, Eq. 4 and 5; as transfer Wang, Tran and Luebke 2005).
+//! `prt.scattered`: light that enters the solid and leaves after many scatterings, by the dipole integrated
+//! over the mesh (Jensen et al. 2001, Eq. 4 and 5; as transfer Wang, Tran and Luebke 2005).
 
 use super::Frame;
 use super::visibility::read;
 use crate::bake;
 use crate::pass::{Axis, Buffer, Info, Inputs, Pass, RGB, Twin};
 
-/// The largest solid angle that vertices taken together may span, in steradians: below a percent of error.
+/// The largest solid angle that vertices taken together may span, in steradians. This keeps the error below a
+/// percent.
 const SPREAD: f32 = 0.1;
 
 pub(super) const PASS: Pass<Frame> = Pass {

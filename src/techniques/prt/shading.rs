@@ -1,11 +1,11 @@
-//! `prt.shading`: the radiance of each vertex towards the camera, but for Fresnel's transmittance of what
-//! comes from within.
+//! `prt.shading`: the radiance of each vertex towards the camera. Its part from within the solid has not been
+//! multiplied by Fresnel's transmittance yet.
 //!
-//! With L the sum of all lights, and o the direction towards the camera in the vertex's frame: T·L of a
-//! diffuse surface, or B(o)·M L of one with a highlight (Feng et al. 2007, Eq. 5); and S·L of what was
-//! scattered in the solid, which `final` multiplies by the transmittance at each pixel: at vertices that are
-//! averted from the camera it is 0, and silhouettes would have a dark line. A few bands ring: sums can be
-//! negative. They are in `f64`, in the order of the functions.
+//! Let L be the sum of all lights, and o the direction towards the camera in the vertex's frame. A diffuse
+//! surface reflects T·L, one with a highlight B(o)·M L (Feng et al. 2007, Eq. 5). Light that was scattered in
+//! the solid is S·L. `final` multiplies it by the transmittance at each pixel: at vertices that face away
+//! from the camera the transmittance is 0, and silhouettes would have a dark line. A few bands ring, so sums
+//! can be negative. They are taken in `f64`, in the order of the functions.
 
 use super::Frame;
 use super::exits::row;
@@ -81,7 +81,7 @@ fn sum(lights: &[f32], functions: usize) -> Vec<[f64; 3]> {
     sum
 }
 
-/// T·L of each colour, of the vector that `transfer` begins with.
+/// T·L of each colour, where `transfer` begins with T.
 fn dot(transfer: &[f32], light: &[[f64; 3]]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (transfer, light) in transfer.as_chunks::<3>().0.iter().zip(light) {
@@ -90,7 +90,7 @@ fn dot(transfer: &[f32], light: &[[f64; 3]]) -> [f64; 3] {
     sum
 }
 
-/// M L of each colour, of the matrix that `matrix` begins with; its entries have one channel or three.
+/// M L of each colour, where `matrix` begins with M, whose entries have one channel or three.
 fn transferred<const CHANNELS: usize>(matrix: &[f32], light: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let rows = matrix.chunks_exact(light.len() * CHANNELS).take(light.len());
     rows.map(|row| {

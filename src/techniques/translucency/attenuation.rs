@@ -5,14 +5,15 @@
 //! The corrected reading is
 //!
 //! ```text
-//! 1/π · F_t(η, ω_out) · T(d)/π,   T(d) = ∫ R_d(√(ρ² + d²)) 2πρ dρ
-//!                                      = α'/2 (z_r e^(−σ_tr s_r)/s_r + z_v e^(−σ_tr s_v)/s_v),   s² = d² + z²
+//! 1/π · F_t(η, ω_out) · T(d)/π,
+//! T(d) = ∫ R_d(√(ρ² + d²)) 2πρ dρ
+//!      = α'/2 (z_r e^(−σ_tr s_r)/s_r + z_v e^(−σ_tr s_v)/s_v),   s² = d² + z²
 //! ```
 //!
-//! the dipole integrated over the wall through which the light came, at distance d: the area over which B is
-//! a mean. T is a number without a unit, the same in metres and in millimetres (T11), at most the total
-//! reflectance R_d (reached at d = 0), and what leaves a wall of thickness d that is lit evenly from behind
-//! under Eq. 1 and 2. The second π is that of B = πE (T10). Coefficients are per scene unit (T8).
+//! This is the dipole integrated over the wall through which the light came, at distance d: B is a mean over
+//! that area. T is a number without a unit, the same in metres and in millimetres (T11). It is at most the
+//! total reflectance R_d, reached at d = 0. By Eq. 1 and 2 it is what leaves a wall of thickness d that is
+//! lit evenly from behind. The second π is that of B = πE (T10). Coefficients are per scene unit (T8).
 //!
 //! To the letter ([`Reading::Paper`](crate::keys::Reading::Paper)) the factor is
 //!
@@ -20,9 +21,9 @@
 //! 1/π · F_t(η, ω_out) · (σ_tr d + 1) e^(−σ_tr d) / (σ'_t d³)
 //! ```
 //!
-//! without any of this: it has the unit of a reciprocal area, so the same scene in metres is 10⁶ times as
-//! bright as in millimetres, and it knows no bound. A thickness below `smallest_d`, which blurring also makes
-//! negative, is taken for `smallest_d`; `held` records where.
+//! without any of this. It has the unit of a reciprocal area, so the same scene in metres is 10⁶ times as
+//! bright as in millimetres, and it has no bound. A thickness below `smallest_d`, also a negative one that
+//! blurring left, is replaced by `smallest_d`; `held` records where.
 //!
 //! T15: each light has its own thickness. An environment has none; for it d is the length of the refracted
 //! ray to where it leaves the bounding box, the x*_in of Eq. 3, which is never less than the solid's own
@@ -74,7 +75,7 @@ pub(super) fn measured(
 }
 
 wide! {
-    /// How far the refracted ray has come from the box; an environment is received everywhere.
+    /// The length of the refracted ray up to the box. Light of an environment is received everywhere.
     fn to_the_box(frame: &Frame, points: &SurfacePoints, measured: &mut [[f32; BLOCK]; 2]) {
         for lane in 0..BLOCK {
             let (point, normal) = (points.position(lane), points.normal(lane));

@@ -1,15 +1,15 @@
 //! `translucency.blur`: the first distance smoothed by a separable Gaussian (§3).
 //!
-//! Decides errata T6: eight taps have no middle, and shift the map by half a texel; a width of n has 2⌊n/2⌋ +
-//! 1 taps here, centred, with a standard deviation of n/4. And T12: the clear value must not be mixed in at
-//! silhouettes, so texels without a surface have no weight: both directions carry the weighted sum and the
-//! sum of weights, and divide once at the end. A texel without a surface but with one in reach thereby gets a
-//! value, which the lookups of `thickness` at a silhouette need; one without any stays 0.
+//! Decides errata T6: eight taps have no middle, and shift the map by half a texel. Here a width of n has
+//! 2⌊n/2⌋ + 1 taps, centred, with a standard deviation of n/4. Decides T12: the clear value must not be mixed
+//! in at silhouettes, so texels without a surface have no weight. Both directions carry the weighted sum and
+//! the sum of weights, and divide once at the end. So a texel without a surface but with one in reach gets a
+//! value, which the lookups of `thickness` at a silhouette need; one with none in reach stays 0.
 //!
-//! To the letter a width of n has n taps, at −⌊n/2⌋ … n − 1 − ⌊n/2⌋ and centred between them, at −½ for an
-//! even n, and takes every texel alike. The clear value is the far distance of the light's view, 1.5 radii of
-//! the box behind its centre; it also stands for what lies outside the map, where the light sees nothing
-//! either.
+//! To the letter a width of n has n taps, at −⌊n/2⌋ … n − 1 − ⌊n/2⌋. The Gaussian is centred between them, at
+//! −½ for an even n, and every texel counts alike. The clear value is the far distance of the light's view,
+//! 1.5 radii of the box behind its centre; it also stands for what lies outside the map, where the light sees
+//! nothing either.
 
 use super::Frame;
 use crate::keys::Reading;
@@ -31,8 +31,8 @@ pub(super) const PASS: Pass<Frame> = Pass {
     run,
 };
 
-/// Offsets and weights of the kernel, from the far left (or top) to the far right, unnormalised: the sum of
-/// the weights that are used divides.
+/// Offsets and weights of the kernel, from the far left (or top) to the far right, unnormalised: the result
+/// is divided by the sum of the weights that are used.
 fn taps(width: usize) -> Vec<(isize, f32)> {
     let (reach, deviation) = ((width / 2) as isize, width as f64 / 4.0);
     let weight = |offset: isize| match offset {

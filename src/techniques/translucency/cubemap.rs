@@ -9,9 +9,8 @@
 //! Without `blindness_cure` the views fill the faces of the cube about the box (fig. 7b): unscaled, the solid
 //! leaves a part of a face empty wherever its box is shorter than the longest side.
 //!
-//! The paper renders "the illuminated object" without saying whether it shades itself. Here it does not:
-//! light that one part of a convex solid keeps from another does not exist, and the paper's model is of
-//! convex solids.
+//! The paper renders "the illuminated object" without saying whether it shades itself. Here it does not: no
+//! part of a convex solid shades another, and the paper's model is of convex solids.
 //!
 //! An environment lights by its irradiance at the normal, and enters at the one cosine whose Schlick
 //! transmittance is that of diffuse light.

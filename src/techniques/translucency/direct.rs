@@ -1,10 +1,10 @@
 //! `translucency.direct`: light that leaves where it entered (fig. 10a), which the accumulation of §2 leaves
 //! out.
 //!
-//! The paper does not say how its directly lit surface is shaded. Here it is what the same dipole says of
-//! light that leaves at once: a diffuse albedo of the total reflectance R_d behind a Fresnel boundary, L =
-//! 1/π · F_t(η, ω_out) · R_d · F_t(η, ω_in) · E, shadowed by the first depth; and a highlight of exponent
-//! `gloss`, the normalised Blinn-Phong lobe with Schlick's reflectance. An environment gives its irradiance,
+//! The paper does not say how its directly lit surface is shaded. Here the same dipole tells how much light
+//! leaves at once: the diffuse albedo is the total reflectance R_d, behind a Fresnel boundary, L = 1/π ·
+//! F_t(η, ω_out) · R_d · F_t(η, ω_in) · E, shadowed by the first depth. A highlight of exponent `gloss` is
+//! added, the normalised Blinn-Phong lobe with Schlick's reflectance. An environment gives its irradiance,
 //! without shadow or highlight.
 
 use super::gbuffer::shade;
@@ -57,7 +57,7 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     })
 }
 
-/// What of the diffuse light leaves towards the eye: albedo / π times the transmittance.
+/// The factor from entering irradiance to radiance towards the eye: albedo / π times the transmittance.
 #[inline(always)]
 fn leaving(frame: &Frame, albedo: Vec3, point: Vec3, normal: Vec3) -> Vec3 {
     albedo * (FRAC_1_PI * frame.stage.medium.transmittance(normal.dot(frame.towards_camera(point))))

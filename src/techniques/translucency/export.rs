@@ -1,5 +1,5 @@
-//! What reproducing a frame elsewhere takes: the conventions spelled out, the camera, lights, shadow and
-//! cubemap views, the material, what each pass computes, and the matrices and coefficients as arrays.
+//! What another program needs to reproduce a frame: the conventions spelled out, the camera, lights, shadow
+//! and cubemap views, the material, what each pass computes, and the matrices and coefficients as arrays.
 
 use super::cubemap::{FACES, face_view};
 use super::{Caster, Frame, Settings};
@@ -30,8 +30,8 @@ const ARRAYS: &[(&str, &str)] = &[
 
 pub(super) const EXPORT: Export = Export { arrays: ARRAYS, gather };
 
-/// Gathers it from a stage and all its passes. The facts are `conventions`, `image`, `camera`, `lights`,
-/// `shadow`, `cubemap`, `points`, `bounds`, `material`, `formulas`; the arrays are in the order of
+/// Gathers facts and arrays from a stage and all its passes. The facts are `conventions`, `image`, `camera`,
+/// `lights`, `shadow`, `cubemap`, `points`, `bounds`, `material`, `formulas`; the arrays are in the order of
 /// [`ARRAYS`].
 ///
 /// # Errors
@@ -90,7 +90,7 @@ fn gather(stage: &Stage, values: &Values, kept: &Kept) -> Result<(Json, Vec<Buff
     Ok((facts, arrays))
 }
 
-/// How everything is to be read.
+/// The conventions by which everything is to be read.
 fn conventions(medium: &Medium) -> Json {
     json!({
         "space": {

@@ -26,8 +26,8 @@ pub struct Caster {
 pub struct Frame {
     /// Solid, lights and camera.
     pub stage: Stage,
-    /// The solid's bounding box, each half extent at least 10⁻⁴ of the radius so that a flat solid has one
-    /// too.
+    /// The solid's bounding box. Each half extent is at least 10⁻⁴ of the radius, so that a flat solid's box
+    /// is not flat.
     pub bounds: Bounds,
     /// The box whose faces the six views of the cubemap fill: the bounding box, or without the cure of
     /// blindness the cube about its centre that is as wide as its longest side.
@@ -88,8 +88,8 @@ impl Frame {
         self.settings.reading == Reading::Paper
     }
 
-    /// The least thickness with which Eq. 12 is computed, in the scene's unit: the corrected one is bounded
-    /// and needs none but 0.
+    /// The least thickness with which Eq. 12 is computed, in the scene's unit. The corrected equation is
+    /// bounded, so its least is 0.
     pub(super) fn smallest_d(&self) -> f32 {
         match self.settings.reading {
             Reading::Corrected => 0.0,
@@ -109,7 +109,7 @@ impl Frame {
     }
 
     /// The refracted direction r of §2: the view ray to `point` bent into the medium about the unit `normal`
-    /// by Snell's law; always a unit vector that points inward. Where the interpolated normal is averted from
+    /// by Snell's law; always a unit vector that points inward. Where the interpolated normal faces away from
     /// the camera, only the ray's tangential part counts.
     #[inline(always)]
     pub(super) fn refracted(&self, point: Vec3, normal: Vec3) -> Vec3 {

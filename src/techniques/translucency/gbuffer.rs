@@ -39,9 +39,9 @@ fn run(frame: &Frame, inputs: &Inputs<'_>) -> Buffer {
     Buffer::f32(&[view.height, view.width, 7], values)
 }
 
-/// An image with some channels a pixel for each of `count` lights or casters, 0 where the camera sees
-/// nothing: `shade(number, points, out)` finds the channels of points that pixels see, side by side. Surfaces
-/// lie beyond the near plane, at a positive depth.
+/// Makes an image of `CHANNELS` channels for each of `count` lights or casters, 0 where the camera sees
+/// nothing. `shade(number, points, out)` computes the channels of several points at once, which pixels see.
+/// Surfaces lie beyond the near plane, so their depth is positive.
 pub(super) fn shade<const CHANNELS: usize>(
     frame: &Frame,
     gbuffer: &Buffer,

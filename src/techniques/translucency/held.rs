@@ -1,9 +1,9 @@
 //! `translucency.held`: where Eq. 12 was not computed with the thickness that was measured.
 //!
 //! The printed attenuation diverges as 1/d³ at d → 0 and is negative at d < 0 (errata T3). Its reading
-//! ([`Reading::Paper`](crate::keys::Reading::Paper)) takes a thickness of at most `smallest_d`, a negative
-//! one included, for `smallest_d`: this is the mask of those pixels, in which the picture is the setting's
-//! and not the equation's. The corrected attenuation is bounded, and holds a thickness at 0 alone.
+//! ([`Reading::Paper`](crate::keys::Reading::Paper)) replaces a thickness of at most `smallest_d`, also a
+//! negative one, by `smallest_d`. This is the mask of those pixels: they show the setting and not the
+//! equation. The corrected attenuation is bounded, and holds a thickness at 0 alone.
 
 use super::Frame;
 use super::attenuation::measured;

@@ -56,7 +56,7 @@ impl Footprints {
         if weight > 0.0 { mean } else { otherwise }
     }
 
-    /// The share of the texels in a lane, weighed bilinearly, whose values `holds` is true of.
+    /// The share of the texels in a lane, weighted bilinearly, for whose values `holds` is true.
     #[inline(always)]
     pub(super) fn share(&self, values: &[[f32; BLOCK]; 4], lane: usize, holds: impl Fn(f32) -> bool) -> f32 {
         let share = |corner: usize| {
@@ -77,9 +77,10 @@ fn between(at: f32, size: i32) -> (i32, i32, f32) {
     (held(below), held(below.saturating_add(1)), at - below as f32)
 }
 
-/// How much farther than a texel says a point of its surface may lie: a texel's width, plus what a surface
-/// that the light meets at `cosine` climbs across it. Within the last texel of its silhouette a sphere as
-/// wide as a map of n texels climbs √n of them; nothing rounder than that is asked for more.
+/// How much farther from the light than its texel says a point may lie and still be on the texel's surface: a
+/// texel's width, plus the rise across it of a surface that the light meets at `cosine`. In a map of n texels
+/// the rise is held to √n of them: that is how much a sphere as wide as the map rises within the last texel
+/// of its silhouette.
 #[inline(always)]
 pub(super) fn slack(shadow: &ShadowView, point: Vec3, cosine: f32) -> f32 {
     let cosine = cosine.abs();

@@ -1,6 +1,6 @@
 //! `translucency.matrices`: three symmetric 4×4 matrices a light, one a colour, whose quadratic form is the
-//! radiosity (Eq. 11 after Ramamoorthi and Hanrahan 2001); of several accumulation points (`points`) three
-//! each.
+//! radiosity (Eq. 11 after Ramamoorthi and Hanrahan 2001). With several accumulation points (`points`), each
+//! point has three.
 //!
 //! Decides errata T1 (the last row mirrors the last column), T9 (the constants are exact) and T10: the
 //! constants already hold the clamped cosine, so a constant E gives B = πE; `attenuation` divides by that π.

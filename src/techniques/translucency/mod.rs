@@ -16,8 +16,8 @@
 //!
 //! Every pass has the corrected reading of the errata and, under
 //! [`Reading::Paper`](crate::keys::Reading::Paper), the letter of the print; its head says which rows it
-//! decides, why, and what the letter does there. Where the paper says nothing, or what cannot be computed
-//! (T5, T8, T13, T14, T15), both readings are one.
+//! decides, why, and what the letter does there. Where the paper says nothing, or something that cannot be
+//! computed (T5, T8, T13, T14, T15), both readings are the same.
 
 mod attenuation;
 mod blur;
@@ -92,8 +92,8 @@ pub const PASSES: [Pass<Frame>; 15] = [
     final_::PASS,
 ];
 
-/// Pixels or texels that a pass computes together: a constant, so that the order of a thread's work cannot
-/// show.
+/// Pixels or texels that a pass computes together: a constant, so that results do not depend on the number of
+/// threads.
 const RUN: usize = 1024;
 
 fn length(outline: &Outline<'_>, info: &Info, axis: Axis) -> Option<usize> {
@@ -108,8 +108,8 @@ fn length(outline: &Outline<'_>, info: &Info, axis: Axis) -> Option<usize> {
     }
 }
 
-/// While the cubemap is made: a texel's triangle, what its tile holds while it is filled, and its corner's
-/// share of solid angles.
+/// The bytes of each texel of the cubemap: its triangle, its part of a tile that is being filled, and its
+/// corner's solid angle.
 fn scratch(outline: &Outline<'_>, info: &Info) -> Option<(&'static str, u64)> {
     let texels = 6 * (Settings::read(outline.values).cubemap as u64).pow(2);
     (info.name == "translucency.cubemap").then_some((info.knob, texels * (4 + 14 + 8)))

@@ -5,11 +5,11 @@
 //! `projection` computes Eq. 6 and `matrices` Eq. 11 for every point, `radiosity` Eq. 10 for those around the
 //! point that is shaded.
 //!
-//! Every point sees all of the one external cubemap, in directions from itself: a texel that is near counts
-//! for more. A point's directions are those of the frame in which its own part is a cube. With one part that
-//! is the box's frame, the cure of blindness; with parts that are cubes it is the world's, without
-//! distortion. So an elongated box is divided along its length alone, and every box into parts that are as
-//! near to cubes as whole numbers allow.
+//! Every point sees all of the one external cubemap, in directions from itself. A near texel counts for more,
+//! as its solid angle is larger. A point's directions are those of the frame in which its own part is a cube.
+//! With one part that is the box's frame, the cure of blindness; with parts that are cubes it is the world's,
+//! without distortion. So an elongated box is divided along its length alone, and every box into parts that
+//! are as near to cubes as whole numbers allow.
 
 use crate::numeric::order::{clamp, max};
 use glam::Vec3;
@@ -45,7 +45,8 @@ impl Points {
         [lights].into_iter().chain(several).chain(each.iter().copied()).collect()
     }
 
-    /// The way from the frame in which the box is the cube ±1 to that in which a part is: a factor a axis.
+    /// The factors, one an axis, from the frame in which the box is the cube ±1 to the frame in which each
+    /// part is.
     pub(super) fn scale(self) -> Vec3 {
         Vec3::from_array(self.counts.map(|count| count as f32))
     }

@@ -8,8 +8,8 @@
 //! angle. A row is summed from left to right and rows pairwise, in f64, so that the sum's error stays below
 //! that of its terms at any size.
 //!
-//! Of several accumulation points (`points`) each sees the same texels, in directions and under solid angles
-//! of its own.
+//! Several accumulation points (`points`) see the same texels, each in directions and under solid angles of
+//! its own.
 //!
 //! A texel that sees nothing counts as E = 0, as in the paper, so light is lost where the solid does not fill
 //! its box: a constant irradiance on a sphere gives 0.879 of the c00 that it gives on a box.

@@ -4,22 +4,21 @@
 //! Decides errata T5 (the hemisphere of Eq. 5 is about r, so B is not negative for a cubemap that is not) and
 //! T13: r depends on the view as well as on the normal; M takes the 4-vector (r, 1).
 //!
-//! The accumulation point is the box's centre, the point that is shaded lies elsewhere: the lookup follows
-//! the refracted ray from the point to where it leaves the bounding box, and takes the direction from the
+//! The accumulation point is the box's centre, but the shaded point lies elsewhere. So the lookup follows the
+//! refracted ray from the shaded point to where it leaves the bounding box. It takes the direction from the
 //! centre to there, in the frame in which the box is a cube (§3: the cure of shift, with that of blindness).
-//! Of several accumulation points (`points`) those around the shaded one are interpolated, each with a lookup
-//! from itself.
+//! With several accumulation points (`points`), those around the shaded one are interpolated, each with a
+//! lookup from itself.
 //!
-//! Without `shift_cure` the direction is the refracted one itself, as from the centre (fig. 7a); without
-//! `blindness_cure` the box is the cube that the views of `cubemap` fill, where the ray may point at what
-//! they left empty (fig. 7b).
+//! Without `shift_cure` the refracted ray starts in the centre (fig. 7a). Without `blindness_cure` the box is
+//! the cube that the views of `cubemap` fill, and the ray may point at a texel that is empty (fig. 7b).
 //!
-//! Fig. 6 compares two evaluations: at each pixel, or with `evaluation = "vertex"` at each vertex, with the
-//! refracted direction and the lookup of the vertex, and interpolated with the weights of position and
+//! Fig. 6 compares two evaluations: at each pixel, or with `evaluation = "vertex"` at each vertex. The latter
+//! takes the vertex's refracted direction and lookup, and interpolates with the weights of position and
 //! normal.
 //!
-//! Nine coefficients ring below zero opposite a bright side; B is held to ≥ 0. To the letter it is what Eq.
-//! 10 gives.
+//! Nine coefficients ring below zero opposite a bright side, so B is held to ≥ 0. To the letter it is what
+//! Eq. 10 gives.
 
 use super::frame::exit;
 use super::gbuffer::shade;

@@ -2,7 +2,7 @@
 
 use crate::keys::{Key, Kind, PICTURE, Reading, Values, names};
 
-/// What a light's shadow map just holds.
+/// What the view of a light's shadow map is fitted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
     /// The solid's bounding box.
@@ -88,8 +88,8 @@ pub(super) const KEYS: &[Key] = &[
         "smallest_d",
         Kind::Number(1e-9, 1e12),
         PICTURE,
-        "Thickness below which the printed Eq. 12 is held; 0.001 of half the bounding box's diagonal where \
-         absent.",
+        "Least thickness with which the printed Eq. 12 is computed; 0.001 of half the bounding box's diagonal \
+         where absent.",
     )
     .example("0.01")
     .aside(),
@@ -131,7 +131,7 @@ pub(super) const KEYS: &[Key] = &[
         "fit",
         Kind::Choice(&FIT_NAMES),
         PICTURE,
-        "What a shadow map just holds: the solid's bounding box, or the solid itself, which wastes fewer \
+        "What a shadow map is fitted to: the solid's bounding box, or the solid itself, which wastes fewer \
          texels.",
     )
     .or("\"box\""),
@@ -169,7 +169,7 @@ pub struct Settings {
     /// Whether the six views fill the solid's bounding box (fig. 8, the cure of fig. 7b); else a cube around
     /// it.
     pub blindness_cure: bool,
-    /// What a light's shadow map just holds.
+    /// What the view of a light's shadow map is fitted to.
     pub fit: Fit,
     /// Accumulation points along the longest side of the box that the cubemap's views fill.
     pub accumulation: usize,

@@ -1,9 +1,9 @@
 //! `translucency.shadow`: the distance from each casting light to the first surface (§2.2, Williams 1978).
 //!
 //! Decides errata T12: the recorded distance is linear, and radial for a point light, so that it may be
-//! subtracted from a point's distance; under both readings, as nothing else can be. Beside it stand the
-//! rasterized depths of the first surface and of the second, of which `peel` is made: one filling finds both
-//! (§3 fills twice). All are 0 where the light sees nothing.
+//! subtracted from a point's distance. Both readings have it so, since no other distance can be subtracted.
+//! Beside it stand the rasterized depths of the first surface and of the second; `peel` is made from the
+//! latter. One filling finds both (§3 fills twice). All are 0 where the light sees nothing.
 
 use super::Frame;
 use crate::numeric::{lanes::wide, parallel};
@@ -46,8 +46,8 @@ fn run(frame: &Frame, _: &Inputs<'_>) -> Buffer {
 }
 
 wide! {
-    /// The distances of what a row of texels sees at rasterized depths; 0 where one sees nothing, whose depth
-    /// is 0.
+    /// The distances of what a row of texels sees, from their rasterized depths. A texel that sees nothing
+    /// has depth 0 and distance 0.
     pub(super) fn distances_of(shadow: &ShadowView, row: usize, depths: &[f32], out: &mut [f32]) {
         for (x, (out, depth)) in out.iter_mut().zip(depths).enumerate() {
             let distance = shadow.texel_distance(x, row, *depth);

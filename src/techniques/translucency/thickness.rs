@@ -3,11 +3,11 @@
 //!
 //! Decides errata T12: the thickness is the point's distance from the light less the blurred first distance,
 //! both linear and radial; the subtraction is printed the other way round. Blurring and rounding make it
-//! negative on lit surfaces: it is held to d ≥ 0. The letter's depth less the distance is negative in the
-//! solid, where it would make Eq. 12 negative everywhere; the paper means a thickness, so its reading has the
-//! corrected order too, but is not held: it records the negative d that blurring leaves.
+//! negative on lit surfaces, so it is held to d ≥ 0. As printed, depth less distance, it would be negative in
+//! the whole solid, and Eq. 12 with it. The paper means a thickness, so its reading has the corrected order
+//! too. That reading is not held: it records the negative d that blurring leaves.
 //!
-//! And T7, of concave solids: only what lies no deeper than the second surface receives scattered light;
+//! Decides T7, for concave solids: only what lies no deeper than the second surface receives scattered light;
 //! beyond it the light has left the solid and entered again (point x_c of fig. 9). The test is made at four
 //! texels, so the share that is received changes over the width of a texel and not at once. Without
 //! `second_layer` every point receives, and x_c shines through as if the solid were full up to it.
