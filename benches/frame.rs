@@ -8,8 +8,8 @@
 //! - `1024²`: depth, normal and position of the bunny alone, at 1024 × 1024.
 //!
 //! `-- pass` runs one group. The Stanford models need `BITLIGHT_ASSETS`; without it they are left out, the
-//! knot stands in for the bunny, and that is said. `cargo bench --bench table` makes the tables of the
-//! README.
+//! knot stands in for the bunny, and the program says so. `cargo bench --bench table` makes the tables of
+//! docs/measurements.md.
 
 #![allow(clippy::print_stderr, reason = "what is left out must be seen")]
 

@@ -65,8 +65,8 @@ enum Command {
     Verify(verify::Arguments),
     /// Record what a scene renders now as its golden, and why
     Bless(bless::Arguments),
-    /// Estimate a scene's light without the technique's approximations, with its variance; goes on where it
-    /// stopped
+    /// Estimate a scene's light without the technique's approximations, with its variance; a second run goes
+    /// on where the first stopped
     Truth(truth::Arguments),
     /// Compare two dumps pass by pass: how far they differ, where first, and which pass diverges first
     Diff(diff::Arguments),
@@ -74,7 +74,7 @@ enum Command {
     Join(join::Arguments),
     /// Write what another program needs to reproduce a frame: mesh, matrices, conventions
     Export(export::Arguments),
-    /// List the passes: equation, inputs, outputs
+    /// List the passes: equation, inputs, output, the key that sets the size, and the GPU twin
     Passes(passes::Arguments),
     /// Describe a mesh (OBJ), an environment (HDR) or an image (EXR)
     Info(info::Arguments),

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The technique; all where none is named
+    /// The technique [default: all]
     technique: Option<String>,
 }
 

@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     /// Render a sequence: frames A up to B, B left out, frame K at time K / `frame_rate` of the scene
     #[arg(long, value_name = "A..B", value_parser = frames)]
     frames: Option<Range<u32>>,
-    /// Read the passes of a bake from this store, and bake nothing
+    /// Read baked poses from this store, and bake nothing
     #[arg(long, value_name = "STORE")]
     store: Option<PathBuf>,
     #[command(flatten)]

@@ -85,7 +85,7 @@ impl Truth {
         // The sums twice, since writing copies them, and the two buffers.
         if count as u64 * (2 * 48 + 2 * 12) > MAX_MEMORY {
             return Err(scene.place(
-                Error::new("needs more than 8 GiB for the sums of its pixels")
+                Error::new(format!("needs more than {} GiB for the sums of its pixels", MAX_MEMORY >> 30))
                     .key("image.width")
                     .remedy("make image.width and image.height smaller"),
             ));
