@@ -344,3 +344,33 @@ fn the_scene_of_each_technique_is_there() {
         assert!(scene.assets().is_empty(), "{} needs an asset", technique.scene);
     }
 }
+
+/// A program without files, such as a page in a browser, has assets in memory: the bits are the same.
+#[test]
+fn assets_in_memory_are_those_of_a_folder() {
+    let text = "technique = \"prt\"\nimage = { width = 8, height = 8 }\ncamera = { position = [0, 1, 4] }\n\
+        solid = { file = \"a.obj\" }\nlight = [{ kind = \"environment\", file = \"sky.hdr\" }]\n\
+        prt = { bands = 3, directions = 32 }\n";
+    let mesh = b"v -1 0 0\nv 1 0 0\nv 0 0 1\nv 0 1 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n".to_vec();
+    let texels: Vec<u8> = (0..8).flat_map(|texel| [100 + texel, 90, 20 * texel, 129]).collect();
+    let map = [b"#?RADIANCE\n\n-Y 2 +X 4\n".to_vec(), texels].concat();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.obj"), &mesh).unwrap();
+    std::fs::write(folder.path().join("sky.hdr"), &map).unwrap();
+    let memory = Assets::Memory([("a.obj".into(), mesh), ("sky.hdr".into(), map)].into());
+    let scene = Scene::parse(text, "a.toml".as_ref(), &[]).unwrap();
+    let render = |assets: &Assets| {
+        let mut digests = Digests::default();
+        run::render(&scene, assets, &scene.technique.wanted("all").unwrap(), &mut digests).map(|()| digests.0)
+    };
+    assert_eq!(render(&memory).unwrap(), render(&Assets::Folder(folder.path().into())).unwrap());
+
+    // What is wrong in memory is named as the scene names it.
+    let Assets::Memory(mut files) = memory else { unreachable!() };
+    files.insert("a.obj".into(), b"v 0 0 0\nv 1 0 0\nf 1 2\n".to_vec());
+    let broken = render(&Assets::Memory(files.clone())).unwrap_err().to_string();
+    assert!(broken.starts_with("a.obj:3: "), "{broken}");
+    files.remove("sky.hdr");
+    let missing = render(&Assets::Memory(files)).unwrap_err();
+    assert!(missing.file.as_deref() == Some(Path::new("sky.hdr")) && missing.remedy.is_some(), "{missing}");
+}
