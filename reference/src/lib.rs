@@ -20,6 +20,7 @@
 //! - "Feng et al.": Large-Scale Data Management for PRT-Based Real-Time Rendering of Dynamically
 //!   Skinned Models, EGSR 2007.
 //! - "Jensen et al. 2001": A Practical Model for Subsurface Light Transport, SIGGRAPH 2001.
+//! - "Klotzli and Olano": Real-Time Fur with Local, Dynamic Precomputed Radiance Transfer.
 //! - "Nowrouzezahrai et al.": Learning Radiance Transfer for Articulated Characters, 2007.
 //! - "Ramamoorthi and Hanrahan 2001": An Efficient Representation for Irradiance Environment Maps,
 //!   SIGGRAPH 2001.
@@ -29,6 +30,7 @@
 #![forbid(unsafe_code)]
 
 pub mod coverage;
+pub mod fur;
 pub mod geometry;
 pub mod sh;
 pub mod tables;
