@@ -90,6 +90,16 @@ fn all_passes_come_as_exr_npy_png_and_json() {
 }
 
 #[test]
+fn exposure_brightens_the_preview_alone() {
+    let (_keep, out) = folder();
+    let file = |name: &str| std::fs::read(Path::new(&out).join(name)).unwrap();
+    assert!(render(&out, &[]).status.success());
+    let (picture, values) = (file("knot.png"), file("knot.exr"));
+    assert!(render(&out, &["--set", "image.exposure=2"]).status.success());
+    assert!(file("knot.png") != picture && file("knot.exr") == values);
+}
+
+#[test]
 fn the_default_is_the_picture_and_leaves_out_nothing_that_it_needs() {
     let (_keep, out) = folder();
     assert!(render(&out, &[]).status.success());

@@ -199,6 +199,17 @@ fn what_cannot_be_baked_is_refused_and_leaves_nothing() {
         &place.bake("store", &["--set", "surface.highlight=phong"]),
         &["was baked with surface.highlight = none, and the scene has phong"],
     );
+    // Where light goes through the solid, what that is made of counts, and the unit in which it is given.
+    let through = ["--poses=0..1", "--set=prt.subsurface=dipole"];
+    done(&place.bake("through", &through));
+    for (set, part) in [
+        ("--set=material.eta=1.4", "baked with material.eta = nothing, and the scene has 1.4"),
+        ("--set=unit=mm", "baked with unit = m, and the scene has mm"),
+        ("--set=prt.subsurface=none", "baked with prt.subsurface = dipole, and the scene has none"),
+    ] {
+        assert_refused(&place.bake("through", &[&through[..], &[set]].concat()), &[part]);
+    }
+    done(&place.bake("through", &[&through[..], &["--set=material.gloss=3"]].concat()));
     // More poses belong to the same store.
     done(&place.bake("store", &["--set", "prt.poses=9", "--poses", "0..1"]));
     let bent = place.bake("none", &["--set", "bend.angle=3600", "--poses", "2..3"]);
@@ -328,4 +339,40 @@ fn a_technique_that_bakes_nothing_is_refused() {
     let place = Place::new();
     let other = ["--set=technique=translucency", "--store=nowhere"];
     assert_refused(&place.render("out", &other), &["is translucency, which bakes nothing", "set it to prt"]);
+}
+
+/// Digests tell that a store's bytes are whole, and nothing of what they mean: somebody else may have written
+/// them.
+#[test]
+fn chunks_of_another_shape_or_type_are_refused() {
+    use bitlight::pass::{Buffer, Kept};
+    use bitlight::run::bake;
+    use bitlight::scene::{Assets, Scene};
+    use bitlight::store::Store;
+    let scene = Scene::parse(SCENE, Path::new("a.toml"), &[]).unwrap();
+    let wanted = ["prt.final"];
+    let loaded = bake::load(&scene, &Assets::None, &wanted).unwrap();
+    let render = |chunks: &[(&str, &Buffer)]| {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path(), bake::made_of(&scene, &loaded)).unwrap();
+        store.put("pose.0000", chunks).unwrap();
+        let refused = bake::render(&scene, &loaded, folder.path(), &wanted, &mut Kept::default());
+        refused.map_err(|error| error.to_string())
+    };
+    let vertices = loaded.stage(&scene).unwrap().solid.positions.len();
+    let visibility = Buffer::u32(&[vertices, 2], vec![0; vertices * 2]);
+    let vectors = Buffer::f32(&[vertices, 25, 3], vec![0.5; vertices * 75]);
+    assert_eq!(render(&[("visibility", &visibility), ("vectors", &vectors)]), Ok(()));
+    let real = Buffer::f32(&[vertices, 2], vec![0.0; vertices * 2]);
+    let turned = Buffer::f32(&[25, vertices, 3], vec![0.5; vertices * 75]);
+    let short = Buffer::f32(&[vertices - 1, 25, 3], vec![0.5; (vertices - 1) * 75]);
+    for (chunks, part) in [
+        ([("visibility", &real), ("vectors", &vectors)], "its visibility have a shape or a type"),
+        ([("visibility", &visibility), ("vectors", &turned)], "its vectors have a shape or a type"),
+        ([("visibility", &visibility), ("vectors", &short)], "its vectors have a shape or a type"),
+        ([("visibility", &visibility), ("other", &vectors)], "has no vectors of pose.0000"),
+    ] {
+        let refused = render(&chunks).unwrap_err();
+        assert!(refused.contains(part) && refused.contains("; bake "), "{refused}");
+    }
 }

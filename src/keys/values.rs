@@ -331,3 +331,87 @@ fn assigned(assignment: &str) -> Result<Entry, Error> {
     let value = Value::parse(text.trim()).unwrap_or_else(|_| Value::Text(text.trim().into()));
     Ok(Entry { table: table.into(), name: name.into(), value, line: None })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::keys::{ALL, Kind, PICTURE};
+    use serde_json::json;
+
+    const KEYS: &[Key] = &[
+        Key::new("", "time", Kind::Number(-9.0, 9.0), ALL, "").or("0"),
+        Key::new("a", "word", Kind::Choice(&["one", "two"]), ALL, "").or("\"one\""),
+        Key::new("a", "only", Kind::Whole(0.0, 9.0), ALL, "").or("3").only(Only::With("a.word", &["two"])),
+        Key::new("b", "given", Kind::Flag, PICTURE, "").or("true").only(Only::Given),
+        Key::new("light", "kind", Kind::Choice(&["sun"]), PICTURE, "").example("\"sun\""),
+        Key::new("light:sun", "power", Kind::Triple(0.0, 9.0), PICTURE, "").or("[1, 2, 3]"),
+    ];
+
+    fn values(text: &str, set: &[&str]) -> Result<Values, Error> {
+        let set: Vec<_> = set.iter().map(|set| (*set).to_owned()).collect();
+        Values::new(KEYS.iter().collect(), text, &set)
+    }
+
+    fn keys(values: &Values, on: Bears) -> Vec<String> {
+        values.bearing(on, |_| true).keys().cloned().collect()
+    }
+
+    #[test]
+    fn what_bears_on_something_is_told_by_the_keys_rows() {
+        let small = values("", &[]).unwrap();
+        assert_eq!(keys(&small, Bears::Picture), ["time", "a.word", "a.only"]);
+        assert_eq!(keys(&small, Bears::Transfer), ["time", "a.word"]);
+        let two = values("[a]\nword = \"two\"\n[b]\ngiven = false\n", &[]).unwrap();
+        assert_eq!(keys(&two, Bears::Transfer), ["time", "a.word", "a.only"]);
+        assert_eq!(keys(&two, Bears::Picture), ["time", "a.word", "a.only", "b.given"]);
+        assert_eq!(
+            keys(&values("", &["b.given=true"]).unwrap(), Bears::Picture).len(),
+            4,
+            "--set gives a table too"
+        );
+        let unread = two.bearing(Bears::Picture, |key| key.table != "a");
+        assert_eq!(unread.keys().collect::<Vec<_>>(), ["time", "b.given"]);
+    }
+
+    #[test]
+    fn lights_are_counted_and_their_defaults_hold_unlisted() {
+        let lit =
+            values("[[light]]\nkind = \"sun\"\n[[light]]\nkind = \"sun\"\npower = [1, 1, 1]\n", &[]).unwrap();
+        assert!(lit.has("light[0]") && lit.has("light[1]") && !lit.has("light[2]"));
+        assert_eq!(lit.vector("light[0]", "power"), Ok(Vec3::new(1.0, 2.0, 3.0)));
+        assert_eq!(lit.vector("light[1]", "power"), Ok(Vec3::ONE));
+        assert_eq!(keys(&lit, Bears::Picture)[3..], ["light[0].kind", "light[1].kind", "light[1].power"]);
+        assert_eq!(
+            (lit.line("light[1].power"), lit.line("light[1]"), lit.line("a.word")),
+            (Some(5), Some(4), None)
+        );
+        let refused = values("[[light]]\nkind = \"sun\"\n", &["light[1].power=[1,1,1]"]).unwrap_err();
+        assert!(refused.to_string().contains("the scene has no such light"), "{refused}");
+    }
+
+    #[test]
+    fn a_value_that_is_set_holds_and_equal_values_are_equal_wherever_they_stand() {
+        let mut one = values("", &[]).unwrap();
+        let two = values("time = 2\n", &[]).unwrap();
+        assert!(one != two);
+        one.set("time", 2.0);
+        assert!(one == two && one.double("", "time") == 2.0);
+    }
+
+    #[test]
+    fn the_first_difference_is_found_on_either_side() {
+        let map = |json: Json| json.as_object().unwrap().clone();
+        let (a, b) = (map(json!({"x": 1, "y": 2})), map(json!({"x": 1, "y": 3, "z": 4})));
+        assert_eq!(difference(&a, &b), Some(("y", &json!(2), &json!(3))));
+        let (c, null) = (map(json!({"x": 1})), Json::Null);
+        assert_eq!(difference(&c, &a), Some(("y", &null, &json!(2))));
+        assert_eq!(difference(&a, &c), Some(("y", &json!(2), &null)));
+        assert_eq!(difference(&a, &a), None);
+    }
+
+    #[test]
+    #[should_panic(expected = "a.wrod is read, and no table of keys has it")]
+    fn a_key_that_no_table_has_is_a_mistake_of_the_program() {
+        values("", &[]).unwrap().whole("a", "wrod");
+    }
+}

@@ -150,6 +150,11 @@ impl Info {
         self.name.split_once('.').map_or(self.name, |(_, short)| short)
     }
 
+    /// Whether its values are whole numbers (`u32`): the units `index` and `bits` say so.
+    pub fn is_whole(&self) -> bool {
+        ["index", "bits"].contains(&self.unit)
+    }
+
     /// Whether it is the technique's picture.
     pub fn is_picture(&self) -> bool {
         self.preview.contains(&Preview::Picture)
@@ -311,6 +316,8 @@ fn check(info: &Info, buffer: &Buffer) -> Result<(), Error> {
     if let Some(Axis::Channel(names)) = info.axes.last() {
         assert_eq!(buffer.shape.last(), Some(&names.len()), "{}: other channels than declared", info.name);
     }
+    let whole = matches!(buffer.data, Data::U32(_));
+    assert_eq!(whole, info.is_whole(), "{}: values of another type than the unit says", info.name);
     match buffer.first_not_finite() {
         None => Ok(()),
         Some(index) => Err(Error::new(format!(

@@ -7,7 +7,7 @@
 use super::Loaded;
 use crate::Error;
 use crate::keys::Bears;
-use crate::pass::{Axis, Buffer, Given, Info, Kept, Recorder};
+use crate::pass::{Axis, Buffer, Data, Given, Info, Kept, Recorder};
 use crate::scene::{Assets, Scene, keys};
 use crate::store::{self, Manifest, Store};
 use crate::techniques::{ALL, Bake};
@@ -144,14 +144,18 @@ fn given(pass: &str, stored: &[&str], wanted: &[&str]) -> bool {
 fn fits(scene: &Scene, loaded: &Loaded, info: &Info, chunk: &Buffer) -> Result<(), Error> {
     let vertices = info.axes.iter().position(|axis| *axis == Axis::Vertex);
     let fits = chunk.shape.len() == info.axes.len()
+        && matches!(chunk.data, Data::U32(_)) == info.is_whole()
         && vertices.is_none_or(|axis| chunk.shape[axis] == loaded.solid.positions.len())
         && super::memory::buffer(scene, &scene.outline(loaded.solid.positions.len()), info)
             == 4 * chunk.data.len() as u64;
     if fits {
         return Ok(());
     }
-    let what =
-        format!("its {} have the shape {:?}, which the scene does not make", info.short(), chunk.shape);
+    let what = format!(
+        "its {} have a shape or a type that the scene does not make: {:?}",
+        info.short(),
+        chunk.shape
+    );
     Err(Error::new(what).remedy("bake the scene again into another folder"))
 }
 

@@ -279,6 +279,18 @@ mod tests {
     }
 
     #[test]
+    fn a_solid_is_waved_first_and_bent_then() {
+        let text = SEQUENCE.replace("file = \"two.obj\"", "shape = \"cuboid\", resolution = 2");
+        let set = ["bend.angle=40".to_owned(), "time=0.2".into()];
+        let scene = Scene::parse(&text, "two.toml".as_ref(), &set).unwrap();
+        let loaded = Loaded::new(&scene, &Assets::default(), &[]).unwrap();
+        let waved = scene.wave.apply(&loaded.solid, 0.2).unwrap();
+        let posed = loaded.posed(&scene).unwrap();
+        assert_eq!(*posed, scene.bend.apply(&waved, 0.2).unwrap());
+        assert!(posed.positions != waved.positions && waved.positions != loaded.solid.positions);
+    }
+
+    #[test]
     fn what_is_not_deformed_is_not_copied() {
         let flat = SEQUENCE.replace("file = \"two.obj\"", "shape = \"cuboid\", resolution = 2");
         let of = |set: &[String]| {

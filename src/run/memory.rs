@@ -65,7 +65,8 @@ fn by_knob(
         if buffer > largest.1 {
             largest = (info.knob, buffer);
         }
-        if let Some((knob, more)) = (scene.technique.scratch)(&outline, info) {
+        let runs = !given.contains(&info.name);
+        if let Some((knob, more)) = (scene.technique.scratch)(&outline, info).filter(|_| runs) {
             add(knob, more);
         }
     }
@@ -147,6 +148,29 @@ mod tests {
                 assert_eq!(expected, 4 * made.data.len() as u64, "{} under {set:?}", info.name);
             }
         }
+    }
+
+    /// What the doc comments of the techniques' `scratch` say, in numbers.
+    #[test]
+    fn what_passes_need_beside_their_buffers_counts() {
+        let scene = Scene::parse(SCENE, "a.toml".as_ref(), &[]).unwrap();
+        let buffer = 2 * 6 * 3 * 3 * 4 * 4; // two lights, six faces of 3 x 3 texels, four channels of four bytes
+        // The buffer, the recorder's copy, twice while it is digested; 26 bytes a texel.
+        let expected = 4 * buffer + 6 * 3 * 3 * 26;
+        assert_eq!(memory(&scene, &["translucency.cubemap"], 0), Ok(expected));
+        let bouncing = SCENE.split("light = ").next().unwrap().replace("translucency", "prt")
+            + "light = [{ kind = \"environment\", radiance = [1, 1, 1] }]\nprt = { bands = 1, directions = 32, bounces = 1 }\n";
+        let of = |set: &str| {
+            let scene = Scene::parse(&bouncing, "a.toml".as_ref(), &[set.to_owned()]).unwrap();
+            memory(&scene, &["prt.vectors"], 10).unwrap()
+        };
+        // Half of 32 directions of ten vertices, 52 bytes each.
+        assert_eq!(of("prt.bounces=1") - of("prt.bounces=0"), 10 * 16 * 52);
+        // What is given needs no inputs, and nothing beside its buffer.
+        let scene = Scene::parse(&bouncing, "a.toml".as_ref(), &[]).unwrap();
+        let given = by_knob(&scene, &["prt.shading"], &["prt.vectors"], 10).unwrap();
+        let all = by_knob(&scene, &["prt.shading"], &[], 10).unwrap();
+        assert_eq!(all["prt.directions"] - given["prt.directions"], 10 * 16 * 52);
     }
 
     #[test]
