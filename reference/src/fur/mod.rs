@@ -153,8 +153,9 @@ mod tests {
             assert!((found - expected).abs() < 5e-5, "{found} for {expected}");
         }
         // Bands 0 to 4 keep 92 % of its energy; bands 3 and 4 hold 22 and 18 % of it.
-        let energy: f64 =
-            sh::sphere_rule(600).iter().map(|(direction, weight)| green(*direction).powi(2) * weight).sum();
+        let square = |value: f64| value * value;
+        let rule = sh::sphere_rule(600);
+        let energy: f64 = rule.iter().map(|(direction, weight)| square(green(*direction)) * weight).sum();
         let band = |l: usize| found[l * l..(l + 1) * (l + 1)].iter().map(|c| c * c).sum::<f64>() / energy;
         let kept: f64 = (0..5).map(band).sum();
         assert!((kept - 0.92).abs() < 0.005, "{kept}");
