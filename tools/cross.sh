@@ -132,7 +132,8 @@ unpack_library() {
 # Debian's sources of the standard library have all that it depends on. cargo builds it as a part of some program, and
 # that is an empty one here.
 build_library() {
-  local build=$folder/std sources=$libraries/src/rust/library
+  local build=$folder/std sources=$libraries/src/rust/library crates=std,panic_abort
+  [[ $target == wasm32-unknown-unknown ]] || crates+=,test # nothing runs there, so no test does
   [[ -d $sources/vendor ]] ||
     unpack rust-web-src "$release+" ./usr/lib/rustlib/src "./usr/src/rustc-$release/library" ||
     fail "there are neither rust-web-src $release nor a libstd-rust-web-dev $release for $arch"
@@ -141,7 +142,7 @@ build_library() {
   printf '%s\n' '[package]' 'name = "nothing"' 'edition = "2024"' '[workspace]' >"$build/Cargo.toml"
   # RUSTC_BOOTSTRAP lets a stable compiler do so. Programs with LTO need the bitcode.
   (cd "$build" && RUSTC_BOOTSTRAP=1 RUSTFLAGS="-C embed-bitcode=yes" CARGO_INCREMENTAL=0 \
-    cargo build --quiet --offline --release -Z build-std=std,panic_abort,test --target "$target" --target-dir target \
+    cargo build --quiet --offline --release -Z build-std="$crates" --target "$target" --target-dir target \
     --config 'source.crates-io.replace-with = "vendor"' --config "source.vendor.directory = '$sources/vendor'")
   rm -rf "${libraries:?}/$target"
   mkdir -p "$libraries/$target/lib"

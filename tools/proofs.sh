@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The proof of the determinism contract: examples/proof.rs under every build profile, instruction set and number of
-# threads that the contract names, against the one manifest of each scene. Every run must agree with it, and all must
-# print the same digest of what they rendered.
+# tools/proofs.sh [--all]: the proof of the determinism contract. examples/proof.rs runs under every build profile,
+# instruction set, processor and number of threads, against the one manifest of each scene. Every run must agree with it,
+# and all must print the same digest of what they rendered. --all adds the processors that take longest.
 #
-# qemu and the cross compiler are installed where they are missing and this is root on Debian. Where they cannot be,
-# that proof is skipped with its reason; under CI=true that is a failure.
+# tools/cross.sh brings other processors' compilers and emulators. Where it cannot, a proof is skipped with its reason;
+# under CI=true that is a failure.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export CARGO_TERM_COLOR=never CARGO_INCREMENTAL=0
@@ -12,8 +12,12 @@ export CARGO_TERM_COLOR=never CARGO_INCREMENTAL=0
 unset RUSTFLAGS CARGO_ENCODED_RUSTFLAGS BITLIGHT_THREADS
 
 target=${CARGO_TARGET_DIR:-target}
-threads=(--no-default-features --features threads)
-single=(--no-default-features)
+processors=(arm64 i386 s390x)
+case ${1:-} in
+  '') ;;
+  --all) processors+=(armhf riscv64 ppc64el) ;;
+  *) echo "usage: tools/proofs.sh [--all]" >&2; exit 2 ;;
+esac
 failed=0 runs=0 digest=
 
 fail() {
@@ -25,19 +29,45 @@ skip() {
   if [[ ${CI:-} == true ]]; then fail "$*"; else echo "skipped: $*"; fi
 }
 
-# Beside the machine's own release build, which shares target with all else, each set of flags has a folder of its
-# own and builds every crate anew. There, what is heavy and lies off the golden path (a proof reads no picture) is
-# not optimised.
-separate=(--release "${threads[@]}" --config profile.release.debug=false)
-for crate in image moxcms png proptest regex-syntax; do
-  separate+=(--config "profile.release.package.$crate.opt-level=0")
+# As an example of this package the proof would bring what tests and benchmarks need into each build, a quarter of its
+# time. So it is a program of a package of its own, with this one's versions and profiles. Below one target folder both
+# share all crates but this one.
+package=$target/proofs/package
+mkdir -p "$package"
+cp Cargo.lock "$package"
+cat >"$package/Cargo.toml" <<MANIFEST
+[package]
+name = "proof"
+edition = "2024"
+
+[[bin]]
+name = "proof"
+path = "$PWD/examples/proof.rs"
+
+[features]
+threads = ["bitlight/threads"]
+
+[dependencies]
+bitlight = { path = "$PWD", default-features = false }
+blake3 = { version = "*", default-features = false }
+
+[workspace]
+
+$(sed -n '/^\[profile/,$p' Cargo.toml)
+MANIFEST
+
+# What is built with other flags or for another processor shares nothing with the machine's own builds. There the crates
+# that compute are optimised, and the rest is not: it reads files or is not called.
+separate=(--release --config profile.release.debug=false --config 'profile.release.package."*".opt-level=0')
+for crate in bitlight blake3 crossbeam-deque crossbeam-epoch crossbeam-utils glam libm obvhs pxfm rayon rayon-core; do
+  separate+=(--config "profile.release.package.$crate.opt-level=3")
 done
 
 # build TEXT FOLDER ARGUMENT...: builds the proof below FOLDER.
 build() {
   local text=$1 folder=$2 began=$SECONDS
   shift 2
-  CARGO_TARGET_DIR=$folder cargo build --locked --quiet --example proof "$@"
+  cargo build --quiet --manifest-path "$package/Cargo.toml" --target-dir "$folder" "$@"
   printf 'built %-40s %4d s\n' "$text" $((SECONDS - began))
 }
 
@@ -63,12 +93,31 @@ prove() {
   fi
 }
 
-# qemu NAME: whether that emulator is there, perhaps now.
-qemu() {
-  command -v "qemu-$1" >/dev/null && return
-  command -v apt-get >/dev/null && ((EUID == 0)) || return
-  apt-get -qq update && DEBIAN_FRONTEND=noninteractive apt-get -qq install -y qemu-user >/dev/null
-  command -v "qemu-$1" >/dev/null
+# toolchain ARCH: whether tools/cross.sh has it, perhaps now. Its environment is taken over.
+toolchain() {
+  local status=0
+  tools/cross.sh "$target/cross" "$1" || status=$?
+  case $status in
+    0)
+      # shellcheck disable=SC1090 # it is written by cross.sh
+      . "$target/cross/$1.env"
+      read -ra emulator <<<"$CROSS_RUN"
+      ;;
+    3) skip "$1: this machine cannot have it, for the reason above" ;;
+    *) fail "$1: there is no toolchain, for the reason above" ;;
+  esac
+  return "$status"
+}
+
+# elsewhere ARCH ARGUMENT...: builds the proof for that processor and runs it.
+elsewhere() {
+  local program
+  toolchain "$1" || return 0
+  build "$1" "$target/proofs" --target "$CROSS_TARGET" "${separate[@]}" "${@:2}"
+  program=$target/proofs/$CROSS_TARGET/release/proof
+  [[ -e $program ]] || program+=.wasm
+  prove "$1" "${emulator[@]}" "$program"
+  unset RUSTC RUSTDOC
 }
 
 # runs_here CPU: whether this processor has every feature that rustc knows of CPU.
@@ -80,64 +129,51 @@ runs_here() {
 rustc -vV | sed -n '1p; /^LLVM/p'
 grep -m 1 '^model name' /proc/cpuinfo || true
 
-build debug "$target" "${threads[@]}"
+# The tests have built the example for debugging, with all that the command has.
+cargo build --locked --quiet --workspace --example proof
 prove debug "$target/debug/examples/proof"
 
-build "release, one thread and no pool" "$target" --release "${single[@]}"
-prove "release, one thread and no pool" "$target/release/examples/proof"
+build "release, one thread and no pool" "$target" --release
+prove "release, one thread and no pool" "$target/release/proof"
 
-build release "$target" --release "${threads[@]}"
-prove release "$target/release/examples/proof"
+build release "$target" --release --features threads
+prove release "$target/release/proof"
 for number in 1 2 3 7; do
-  prove "release, threads: $number" env BITLIGHT_THREADS=$number "$target/release/examples/proof"
+  prove "release, threads: $number" env BITLIGHT_THREADS=$number "$target/release/proof"
 done
 
 if [[ $(uname -m) == x86_64 ]]; then
-  baseline=$target/proofs/x86-64/release/examples/proof
-  RUSTFLAGS="-C target-cpu=x86-64" build x86-64 "$target/proofs/x86-64" "${separate[@]}"
-  prove x86-64 "$baseline"
+  # Without flags rustc builds for x86-64 as such: the release build is the proof of that.
+  [[ $(rustc --print cfg) == "$(rustc --print cfg -C target-cpu=x86-64)" ]] ||
+    fail "rustc builds for another processor than x86-64 by itself"
 
-  RUSTFLAGS="-C target-cpu=x86-64-v3" build x86-64-v3 "$target/proofs/x86-64-v3" "${separate[@]}"
-  if runs_here x86-64-v3; then
-    prove x86-64-v3 "$target/proofs/x86-64-v3/release/examples/proof"
-  elif qemu x86_64; then
-    prove "x86-64-v3, Haswell under qemu" \
-      qemu-x86_64 -cpu Haswell "$target/proofs/x86-64-v3/release/examples/proof"
-  else
-    skip "x86-64-v3: neither this processor nor a qemu-x86_64 runs it"
-  fi
+  # The target is named, so that the flags are not those of build scripts.
+  RUSTFLAGS="-C target-cpu=x86-64-v3" build x86-64-v3 "$target/proofs" \
+    --target x86_64-unknown-linux-gnu "${separate[@]}" --features threads
+  v3=$target/proofs/x86_64-unknown-linux-gnu/release/proof
+  here=false
+  ! runs_here x86-64-v3 || here=true
+  ! $here || prove x86-64-v3 "$v3"
 
-  if qemu x86_64; then
-    qemu-x86_64 --version | sed -n 1p
+  if toolchain amd64; then
+    $here || prove "x86-64-v3, Haswell under qemu" "${emulator[@]}" -cpu Haswell "$v3"
     # A processor with AVX-512 takes the widest side of every loop: here the middle one runs.
-    prove "release, Haswell under qemu" qemu-x86_64 -cpu Haswell "$target/release/examples/proof"
+    prove "release, Haswell under qemu" "${emulator[@]}" -cpu Haswell "$target/release/proof"
     # No AVX and no FMA there: the very binary that ran with both must find other ways to the same bits.
-    prove "release, Nehalem under qemu" qemu-x86_64 -cpu Nehalem "$target/release/examples/proof"
-    prove "x86-64, Nehalem under qemu" qemu-x86_64 -cpu Nehalem "$baseline"
-  else
-    skip "Nehalem: there is no qemu-x86_64 (Debian's package qemu-user)"
+    prove "release, Nehalem under qemu" "${emulator[@]}" -cpu Nehalem "$target/release/proof"
   fi
 else
   skip "x86-64: this machine is none"
 fi
 
-arm=$target/proofs/aarch64
-if tools/aarch64.sh "$target/aarch64"; then
-  aarch64-linux-gnu-gcc --version | sed -n 1p
-  qemu-aarch64 --version | sed -n 1p
-  # shellcheck disable=SC1091 # it is written by aarch64.sh
-  . "$target/aarch64/env"
-  build aarch64 "$arm" --target aarch64-unknown-linux-gnu "${separate[@]}"
-  read -ra runner <<<"$CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER"
-  prove "aarch64 under qemu" "${runner[@]}" "$arm/aarch64-unknown-linux-gnu/release/examples/proof"
-else
-  skip "aarch64: there is no cross toolchain, for the reason above"
-fi
+# One thread is all that programs for WebAssembly have.
+elsewhere wasm32-wasip1
+for processor in "${processors[@]}"; do elsewhere "$processor" --features threads; done
 
 # A proof that cannot fail proves nothing: with one digit of one digest turned in every manifest, it must fail.
 copy=$(mktemp -d)
 trap 'rm -r "$copy"' EXIT
-proof=$(realpath "$target/release/examples/proof")
+proof=$(realpath "$target/release/proof")
 cp -r scenes golden "$copy"
 find "$copy/golden" -name '*.json' -exec \
   sed -i -E '0,/"digest": "/ { s/("digest": ")0/\11/; t; s/("digest": ")[1-9a-f]/\10/ }' {} +
