@@ -365,11 +365,19 @@ fn chunks_of_another_shape_or_type_are_refused() {
     assert_eq!(render(&[("visibility", &visibility), ("vectors", &vectors)]), Ok(()));
     let real = Buffer::f32(&[vertices, 2], vec![0.0; vertices * 2]);
     let turned = Buffer::f32(&[25, vertices, 3], vec![0.5; vertices * 75]);
+    let regrouped = Buffer::f32(&[vertices, 3, 25], vec![0.5; vertices * 75]);
+    let whole = Buffer::u32(&[vertices, 25, 3], vec![1; vertices * 75]);
+    let mut odd = vectors.as_f32().to_vec();
+    odd[77] = f32::NAN;
+    let odd = Buffer::f32(&[vertices, 25, 3], odd);
     let short = Buffer::f32(&[vertices - 1, 25, 3], vec![0.5; (vertices - 1) * 75]);
     for (chunks, part) in [
-        ([("visibility", &real), ("vectors", &vectors)], "its visibility have a shape or a type"),
-        ([("visibility", &visibility), ("vectors", &turned)], "its vectors have a shape or a type"),
-        ([("visibility", &visibility), ("vectors", &short)], "its vectors have a shape or a type"),
+        ([("visibility", &real), ("vectors", &vectors)], "its visibility have the shape"),
+        ([("visibility", &visibility), ("vectors", &turned)], "its vectors have the shape"),
+        ([("visibility", &visibility), ("vectors", &regrouped)], "its vectors have the shape"),
+        ([("visibility", &visibility), ("vectors", &whole)], "its vectors have the shape"),
+        ([("visibility", &visibility), ("vectors", &odd)], "its vectors are not finite at [1, 0, 2]"),
+        ([("visibility", &visibility), ("vectors", &short)], "its vectors have the shape"),
         ([("visibility", &visibility), ("other", &vectors)], "has no vectors of pose.0000"),
     ] {
         let refused = render(&chunks).unwrap_err();

@@ -374,3 +374,45 @@ fn assets_in_memory_are_those_of_a_folder() {
     let missing = render(&Assets::Memory(files)).unwrap_err();
     assert!(missing.file.as_deref() == Some(Path::new("sky.hdr")) && missing.remedy.is_some(), "{missing}");
 }
+
+/// What bears on a bake and on the ground truth, told once more by hand: a row that loses a column, or gains
+/// one, shows.
+#[test]
+fn bakes_and_truths_depend_on_these_keys() {
+    let text = "technique = \"prt\"\nimage = { width = 8, height = 8 }\ncamera = { position = [0, 1, 4] }\n\
+        solid = { shape = \"cuboid\", resolution = 2 }\nsurface = { highlight = \"phong\" }\nbend = { angle = 1 }\n\
+        light = [{ kind = \"environment\", radiance = [1, 1, 1] }]\nprt = { subsurface = \"dipole\" }\n\
+        truth = { model = \"surface\", bounces = 2 }\nmaterial = { name = \"Marble\" }\n";
+    let scene = |set: &[&str]| {
+        let set: Vec<_> = set.iter().map(|set| (*set).to_owned()).collect();
+        Scene::parse(text, "a.toml".as_ref(), &set).unwrap()
+    };
+    let baked = |set: &[&str]| {
+        let scene = scene(set);
+        let loaded = Loaded::new(&scene, &Assets::None, &[]).unwrap();
+        run::bake::made_of(&scene, &loaded).keys().cloned().collect::<Vec<_>>().join(" ")
+    };
+    let solid = "technique unit frame_rate solid.shape solid.resolution solid.extents solid.triangles solid.turn \
+        solid.center wave.amplitude wave.length wave.period bend.angle bend.length bend.root bend.period \
+        material.name surface.albedo surface.highlight surface.specular surface.exponent prt.bands prt.directions \
+        prt.method prt.reading prt.bounces prt.subsurface vertices triangles mesh";
+    assert_eq!(baked(&[]), solid);
+    let opaque = solid.replace("unit ", "").replace("material.name ", "");
+    assert_eq!(baked(&["prt.subsurface=none"]), opaque);
+    let dull = opaque.replace("surface.specular surface.exponent ", "");
+    assert_eq!(baked(&["prt.subsurface=none", "surface.highlight=none"]), dull);
+
+    let traced = |set: &[&str]| {
+        let truth = run::Truth::new(&scene(set), &Assets::None).unwrap();
+        truth.identity.settings.keys().cloned().collect::<Vec<_>>().join(" ")
+    };
+    let stage = "unit time image.width image.height image.background camera.position camera.target camera.up camera.fov \
+        solid.shape solid.resolution solid.extents solid.triangles solid.turn solid.center \
+        wave.amplitude wave.length wave.period bend.angle bend.length bend.root bend.period ";
+    let rest =
+        "truth.bands truth.bounces truth.anisotropy truth.filter light[0].kind light[0].radiance truth.model";
+    let surface = "surface.albedo surface.highlight surface.specular surface.exponent ";
+    assert_eq!(traced(&[]), [stage, surface, rest].concat());
+    let sun = ["truth.model=dipole", "truth.bounces=0"];
+    assert!(run::Truth::new(&scene(&sun), &Assets::None).is_err(), "a dipole has no bounces");
+}

@@ -25,7 +25,7 @@ fn help() -> String {
         "Writes these files for each pose K, which is frame K of the scene, as far as the scene's surface and settings \
          need them:\n{files}  STORE/manifest.json                what was baked, and every file's shape, type and digest\n\n\
          A bake may be stopped in any way; the next one goes on behind the last finished pose. Several processes may \
-         bake poses of one store, also at the same time; the bytes are the same. A bake loads no lights.\n\n\
+         bake poses of one store, also at the same time: give each its own --poses. The bytes are the same. A bake loads no lights.\n\n\
          Examples:\n  bitlight bake {scene} -o store\n  bitlight bake {scene} -o store --poses 8..16\n  \
          bitlight bake --check store"
     )

@@ -58,13 +58,13 @@ pub fn files(a: &Path, b: &Path, tolerance: f64, pictures: Option<&Path>) -> Res
         Ok(rows)
     };
     for path in [a, b] {
-        if !path.exists() {
+        if !file::is_file(path) && !file::is_folder(path) {
             return Err(Error::new("cannot be read: there is no such file")
                 .file(path)
                 .remedy("check the path"));
         }
     }
-    match (a.is_dir(), b.is_dir()) {
+    match (file::is_folder(a), file::is_folder(b)) {
         (false, false) => return pair(a, b, ""),
         (true, true) => {}
         (a_is_folder, _) => {

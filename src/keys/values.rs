@@ -302,6 +302,26 @@ fn check(keys: &[&'static Key], entries: &[Entry], entry: &Entry) -> Result<&'st
         };
         return Err(error(format!("there is no table {}", brief(&entry.table))).remedy(remedy));
     }
+    if entry.table.is_empty() && !entry.name.is_empty() && known(&entry.name) {
+        let brackets =
+            if entry.name == "light" { "[[light]], once for each light" } else { "it in brackets" };
+        return Err(
+            error("is a table of keys".into()).remedy(format!("write {brackets}, and its keys below"))
+        );
+    }
+    if indexed && entry.name != "kind" {
+        // Which keys a light has depends on its kind.
+        match entries.iter().find(|other| other.table == entry.table && other.name == "kind") {
+            Some(kind) => drop(check(keys, entries, kind)?),
+            None => {
+                let error = Error::new("is missing").key(path(&entry.table, "kind"));
+                let error = if let Some(line) = entry.line { error.line(line) } else { error };
+                return Err(
+                    error.remedy("say first what kind of light it is, such as kind = \"directional\"")
+                );
+            }
+        }
+    }
     let light = kind(entries, &entry.table);
     let own = || {
         let of_light = move |key: &Key| key.light().is_none_or(|kind| Some(kind) == light);

@@ -7,7 +7,7 @@
 use super::Loaded;
 use crate::Error;
 use crate::keys::Bears;
-use crate::pass::{Axis, Buffer, Data, Given, Info, Kept, Recorder};
+use crate::pass::{Buffer, Data, Given, Info, Kept, Recorder};
 use crate::scene::{Assets, Scene, keys};
 use crate::store::{self, Manifest, Store};
 use crate::techniques::{ALL, Bake};
@@ -78,15 +78,21 @@ pub fn bake(
         .filter_map(|(pose, missing)| missing.then_some(pose))
         .collect();
     told(Step::Found(poses.len() - missing.len(), missing.len()))?;
+    let mut baked = 0;
     for pose in &missing {
+        // Another process may have baked it in the meantime.
+        if store.missing(&[entry(*pose)], repair)? == [false] {
+            told(Step::Stored(*pose))?;
+            continue;
+        }
+        baked += 1;
         let chunks = transfer(scene, &loaded, &wanted, *pose, told)
             .map_err(|error| Error { what: format!("pose {pose}: {}", error.what), ..error })?;
         let named: Vec<_> = chunks.iter().map(|(info, buffer)| (info.short(), buffer)).collect();
         store.put(&entry(*pose), &named)?;
         told(Step::Stored(*pose))?;
     }
-    let there = poses.len() - missing.len();
-    Ok(Baked { baked: missing.len(), there, manifest: store.manifest()? })
+    Ok(Baked { baked, there: poses.len() - baked, manifest: store.manifest()? })
 }
 
 /// Loads a scene for frames that are lit from a store. Memory is counted without what only the store's passes
@@ -140,22 +146,20 @@ fn given(pass: &str, stored: &[&str], wanted: &[&str]) -> bool {
     stored.contains(&pass) || !wanted.contains(&pass)
 }
 
-/// Refuses a chunk whose shape the pass would not make. Digests tell only that the store's bytes are whole.
+/// Refuses a chunk that the pass would not make. Digests tell only that the store's bytes are whole.
 fn fits(scene: &Scene, loaded: &Loaded, info: &Info, chunk: &Buffer) -> Result<(), Error> {
-    let vertices = info.axes.iter().position(|axis| *axis == Axis::Vertex);
-    let fits = chunk.shape.len() == info.axes.len()
-        && matches!(chunk.data, Data::U32(_)) == info.is_whole()
-        && vertices.is_none_or(|axis| chunk.shape[axis] == loaded.solid.positions.len())
-        && super::memory::buffer(scene, &scene.outline(loaded.solid.positions.len()), info)
-            == 4 * chunk.data.len() as u64;
-    if fits {
+    let expected = super::memory::shape(scene, &scene.outline(loaded.solid.positions.len()), info);
+    let what = if chunk.shape != expected || matches!(chunk.data, Data::U32(_)) != info.is_whole() {
+        format!(
+            "its {} have the shape {:?}, or a type, that the scene does not make",
+            info.short(),
+            chunk.shape
+        )
+    } else if let Some(at) = chunk.first_not_finite() {
+        format!("its {} are not finite at {:?}", info.short(), chunk.place(at))
+    } else {
         return Ok(());
-    }
-    let what = format!(
-        "its {} have a shape or a type that the scene does not make: {:?}",
-        info.short(),
-        chunk.shape
-    );
+    };
     Err(Error::new(what).remedy("bake the scene again into another folder"))
 }
 

@@ -14,7 +14,7 @@ pub const MAX_MEMORY: u64 = if usize::BITS < 64 { 1 << 30 } else { 8 << 30 };
 ///
 /// # Panics
 /// Where the technique's row does not give the length of an axis that only techniques know.
-pub(super) fn buffer(scene: &Scene, outline: &Outline<'_>, info: &Info) -> u64 {
+pub(super) fn shape(scene: &Scene, outline: &Outline<'_>, info: &Info) -> Vec<usize> {
     let length = |axis: &Axis| {
         let own = (scene.technique.length)(outline, info, *axis);
         own.unwrap_or_else(|| match axis {
@@ -35,7 +35,12 @@ pub(super) fn buffer(scene: &Scene, outline: &Outline<'_>, info: &Info) -> u64 {
             }
         })
     };
-    info.axes.iter().map(|axis| length(axis) as u64).product::<u64>() * 4
+    info.axes.iter().map(length).collect()
+}
+
+/// The bytes of a pass's buffer, at most.
+fn buffer(scene: &Scene, outline: &Outline<'_>, info: &Info) -> u64 {
+    shape(scene, outline, info).into_iter().map(|length| length as u64).product::<u64>() * 4
 }
 
 /// The most bytes that the passes of a request need, from the scene's settings and the number of the solid's
@@ -94,13 +99,19 @@ pub(super) fn check(scene: &Scene, wanted: &[&str], given: &[&str], vertices: us
     let smaller = knobs.iter().map(name).collect::<Vec<_>>().join(", ");
     let coarser =
         if vertices > 0 { ", the solid coarser by solid.resolution or solid.triangles" } else { "" };
-    let lights = if scene.lights.len() > 1 { ", use fewer lights" } else { "" };
+    // Fewer lights help where the buffers that need most have one image a light.
+    let first = knobs.first().map_or("", |(knob, _)| knob);
+    let a_light =
+        |info: &&Info| info.knob == first && matches!(info.axes.first(), Some(Axis::Light | Axis::Caster));
+    let many =
+        scene.lights.len() > 1 && scene.technique.passes.iter().any(|info| a_light(&info) && info.is_image());
+    let lights = if many { ", use fewer lights" } else { "" };
     Err(Error::new(format!(
         "the passes need {:.1} GiB of memory, over {:.0} GiB",
         gib(total),
         gib(MAX_MEMORY)
     ))
-    .key(knobs.first().map_or("", |(knob, _)| knob))
+    .key(first)
     .remedy(format!("make {smaller} smaller{coarser}{lights}, or ask for fewer passes")))
 }
 

@@ -109,11 +109,10 @@ impl Truth {
     /// A file that is no state or is damaged, and one of another scene or other settings: what differs is
     /// named.
     pub fn resume(&mut self, path: &Path) -> Result<(), Error> {
-        if !path.exists() {
-            return Ok(());
-        }
         let count = self.sums.values.len();
-        let bytes = file::read(path, truth::state_bytes(count), truth::ANEW)?;
+        let Some(bytes) = file::read_if_there(path, truth::state_bytes(count), truth::ANEW)? else {
+            return Ok(());
+        };
         self.sums = self.identity.parse(&bytes, count).map_err(|error| error.file(path))?;
         Ok(())
     }

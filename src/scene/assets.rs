@@ -29,19 +29,19 @@ impl Assets {
     /// Where no folder is known or the asset is not there, naming it and what to do.
     pub fn find(&self, name: &str) -> Result<PathBuf, Error> {
         let remedy = "give the folder of assets by --assets DIR or BITLIGHT_ASSETS";
-        let path = match self {
+        match self {
             Self::None => {
-                let error = Error::new("an asset, and no folder of assets is known");
-                return Err(error.file(name).remedy(remedy));
+                Err(Error::new("an asset, and no folder of assets is known").file(name).remedy(remedy))
             }
-            Self::Folder(folder) => folder.join(name),
-            Self::Memory(files) if files.contains_key(name) => return Ok(name.into()),
-            Self::Memory(_) => name.into(),
-        };
-        if path.is_file() {
-            Ok(path)
-        } else {
-            Err(Error::new("there is no such asset").file(path).remedy(remedy))
+            Self::Folder(folder) => {
+                let path = folder.join(name);
+                let absent = || Error::new("there is no such asset").file(&path).remedy(remedy);
+                if file::is_file(&path) { Ok(path) } else { Err(absent()) }
+            }
+            Self::Memory(files) if files.contains_key(name) => Ok(name.into()),
+            Self::Memory(_) => {
+                Err(Error::new("there is no such asset").file(name).remedy("add it to those in memory"))
+            }
         }
     }
 

@@ -124,6 +124,16 @@ pub fn read_if_there(path: &Path, most: u64, shorter: &str) -> Result<Option<Vec
     }
 }
 
+/// Whether there is a file of this path.
+pub fn is_file(path: &Path) -> bool {
+    path.is_file()
+}
+
+/// Whether there is a folder of this path.
+pub fn is_folder(path: &Path) -> bool {
+    path.is_dir()
+}
+
 /// Makes a folder and those above it, where they are not there.
 ///
 /// # Errors

@@ -14,6 +14,9 @@ const MAX_BYTES: u64 = 256 << 20;
 /// so that no store mixes two; `tests/store.rs` has a digest by which a change shows.
 const FORMAT: &str = "bitlight store 2";
 
+/// How the formats of all stores begin.
+const FAMILY: &str = "bitlight store ";
+
 /// Its file in the store.
 pub(super) const MANIFEST: &str = "manifest.json";
 
@@ -33,11 +36,22 @@ impl Manifest {
     /// A file that cannot be read, or that differs in any byte from what a store writes, naming it.
     pub fn read(folder: &Path) -> Result<Option<Self>, Error> {
         let path = folder.join(MANIFEST);
+        if path.exists() && !path.is_file() {
+            return Err(Error::new("is no file")
+                .file(path)
+                .remedy("name the folder that `bitlight bake` wrote"));
+        }
         let Some(bytes) = file::read_if_there(&path, MAX_BYTES, "check that it is the manifest of a store")?
         else {
             return Ok(None);
         };
-        let parsed = serde_json::from_slice(&bytes).ok().and_then(|json| Self::from_json(&json));
+        let json: Option<Json> = serde_json::from_slice(&bytes).ok();
+        let format = json.as_ref().and_then(|json| json["format"].as_str());
+        if let Some(other) = format.filter(|format| format.starts_with(FAMILY) && *format != FORMAT) {
+            let what = format!("is a store of another format, \"{other}\", and this is \"{FORMAT}\"");
+            return Err(Error::new(what).file(path).remedy("bake the scene again into another folder"));
+        }
+        let parsed = json.and_then(|json| Self::from_json(&json));
         match parsed.filter(|manifest| manifest.text().as_bytes() == bytes) {
             Some(manifest) => Ok(Some(manifest)),
             None => Err(Error::new("is damaged, or no manifest of a store").file(path).remedy(
@@ -90,4 +104,55 @@ pub(super) fn is_entry(name: &str) -> bool {
         !part.is_empty() && part.bytes().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit())
     };
     name.split('.').all(part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Option<Manifest>, String> {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(MANIFEST), text).unwrap();
+        Manifest::read(folder.path()).map_err(|error| error.to_string())
+    }
+
+    /// A manifest that is whole and has this entry and chunk.
+    fn whole(entry: &str, chunk: &str) -> String {
+        let record =
+            Record { name: chunk.into(), shape: vec![1], element: "f32".into(), digest: "0".repeat(64) };
+        Manifest { made_of: Map::new(), entries: [(entry.to_owned(), vec![record])].into() }.text()
+    }
+
+    #[test]
+    fn names_are_parts_of_file_names_and_never_paths() {
+        assert!(read(&whole("pose.0001", "vectors")).unwrap().is_some());
+        for (entry, chunk) in [
+            ("../x", "vectors"),
+            ("pose..1", "a"),
+            ("", "a"),
+            ("Pose", "a"),
+            ("a", "../b"),
+            ("a", ""),
+            ("a", "b.c"),
+        ] {
+            let refused = read(&whole(entry, chunk)).unwrap_err();
+            assert!(refused.contains("is damaged, or no manifest"), "{entry} {chunk}: {refused}");
+        }
+    }
+
+    #[test]
+    fn another_format_is_told_from_damage() {
+        let other = whole("pose.0001", "vectors").replace(FORMAT, "bitlight store 1");
+        assert!(read(&other).unwrap_err().contains("is a store of another format, \"bitlight store 1\""));
+        assert!(read("{\"format\": \"something\"}").unwrap_err().contains("is damaged, or no manifest"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_refused_and_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        std::os::unix::fs::symlink("/dev/zero", folder.path().join(MANIFEST)).unwrap();
+        let refused = Manifest::read(folder.path()).unwrap_err().to_string();
+        assert!(refused.contains("manifest.json: is no file"), "{refused}");
+    }
 }

@@ -1,23 +1,23 @@
 //! How much of each texel a hair covers: Klotzli and Olano, §2.1, Eq. 1, Eq. 2 and the four cases of fig. 2.
 //!
-//! A hair cuts a plane in a circle, at most one texel wide, so that it meets at most the four texels around one
-//! corner of the grid. Those are numbered clockwise from the upper left: 1, 2 (right), 3 (lower right), 4 (below).
-//! Lengths are in texels, so that areas are shares of a texel. x runs to the right and y downward, and the corner
-//! is given as seen from the circle's centre.
+//! A hair cuts a plane in a circle, at most one texel wide, so that it meets at most the four texels around
+//! one corner of the grid. Those are numbered clockwise from the upper left: 1, 2 (right), 3 (lower right), 4
+//! (below). Lengths are in texels, so that areas are shares of a texel. x runs to the right and y downward,
+//! and the corner is given as seen from the circle's centre.
 //!
 //! The fourth case is printed as a second "Case 2" (errata F1).
 
 use std::f64::consts::PI;
 
-/// Eq. 1: the area of the part of a circle of radius `r` beyond a chord, `d` deep. The print claims an error of at most
-/// 0.8 %, which holds for d ≤ r; beyond, the error grows without bound as d → 2r (errata F3).
+/// Eq. 1: the area of the part of a circle of radius `r` beyond a chord, `d` deep. The print claims an error
+/// of at most 0.8 %, which holds for d ≤ r; beyond, the error grows without bound as d → 2r (errata F3).
 pub fn eq1_chord(d: f64, r: f64) -> f64 {
     let m = (d * (2.0 * r - d)).sqrt();
     4.0 / 3.0 * d * m + d * d * d / (4.0 * m)
 }
 
-/// Eq. 1 kept within its bound: beyond the radius, the circle without the other part (errata F3). No depth gives 0, a
-/// depth of at least 2r the circle. At d = r it jumps by 0.8 % of the circle.
+/// Eq. 1 kept within its bound: beyond the radius, the circle without the other part (errata F3). No depth
+/// gives 0, a depth of at least 2r the circle. At d = r it jumps by 0.8 % of the circle.
 pub fn eq1_chord_corrected(d: f64, r: f64) -> f64 {
     if d <= 0.0 {
         0.0
@@ -42,15 +42,15 @@ pub fn chord_exact(d: f64, r: f64) -> f64 {
     r * r * libm::atan2(m, r - d) - (r - d) * m
 }
 
-/// Eq. 2: the area of the wedge in texel 3 by the lengths of its two sides, as the quarter of a circle of their mean. The
-/// print gives no bound (errata F4).
+/// Eq. 2: the area of the wedge in texel 3 by the lengths of its two sides, as the quarter of a circle of
+/// their mean. The print gives no bound (errata F4).
 pub fn eq2_wedge(s1: f64, s2: f64) -> f64 {
     let radius = (s1 + s2) / 2.0;
     0.25 * PI * radius * radius
 }
 
-/// The two sides of the wedge at the corner (u, v): along the vertical edge and along the horizontal one. They are
-/// positive where the corner is inside of the circle.
+/// The two sides of the wedge at the corner (u, v): along the vertical edge and along the horizontal one.
+/// They are positive where the corner is inside of the circle.
 fn sides([u, v]: [f64; 2], r: f64) -> [f64; 2] {
     [(r * r - u * u).sqrt() - v, (r * r - v * v).sqrt() - u]
 }
@@ -73,9 +73,9 @@ pub fn wedge_exact([u, v]: [f64; 2], r: f64) -> f64 {
     }
 }
 
-/// The areas in texels 1 to 4 by the print's cases: the corner (u, v), where both edges are crossed, is taken to be inside of
-/// the circle (errata F2), and texel 1 is the upper left one wherever the centre is (errata F4). Texels 2 and 4 can come
-/// out negative (errata F5).
+/// The areas in texels 1 to 4 by the print's cases: the corner (u, v), where both edges are crossed, is taken
+/// to be inside of the circle (errata F2), and texel 1 is the upper left one wherever the centre is (errata
+/// F4). Texels 2 and 4 can come out negative (errata F5).
 pub fn cases_as_printed([u, v]: [f64; 2], r: f64) -> [f64; 4] {
     let circle = PI * r * r;
     let (right, below) = (u.abs() < r, v.abs() < r);
@@ -92,8 +92,9 @@ pub fn cases_as_printed([u, v]: [f64; 2], r: f64) -> [f64; 4] {
     }
 }
 
-/// The same corrected: texels are relabelled so that the centre is in texel 1, the wedge is 0 where the corner is outside of
-/// the circle, and at most each of the chords. So nothing is negative, and the four sum to the circle.
+/// The same corrected: texels are relabelled so that the centre is in texel 1, the wedge is 0 where the
+/// corner is outside of the circle, and at most each of the chords. So nothing is negative, and the four sum
+/// to the circle.
 pub fn cases_corrected([u, v]: [f64; 2], r: f64) -> [f64; 4] {
     let circle = PI * r * r;
     let [right, below] = [u, v].map(|edge| eq1_chord_corrected(r - edge.abs(), r));

@@ -17,8 +17,8 @@ use crate::sh;
 use crate::vector::Vec3;
 use std::f64::consts::PI;
 
-/// Eq. 3: the transparency e^(−r ∫ ρ dt) along a ray of this `length`, with the density ρ as a function of the
-/// distance t along it. The integral is a midpoint sum of `steps` terms.
+/// Eq. 3: the transparency e^(−r ∫ ρ dt) along a ray of this `length`, with the density ρ as a function of
+/// the distance t along it. The integral is a midpoint sum of `steps` terms.
 ///
 /// The print's limits run from end to start, which would give a transparency of at least 1, and dt is missing
 /// (errata F7).
@@ -31,8 +31,8 @@ pub fn eq3_transparency(extinction: f64, density: impl Fn(f64) -> f64, length: f
     libm::exp(-extinction * depth)
 }
 
-/// Eq. 4 as the text describes it: e^(−r Σ ρ ℓ) over the voxels of a ray, each with its density ρ and the length
-/// ℓ of the ray inside of it.
+/// Eq. 4 as the text describes it: e^(−r Σ ρ ℓ) over the voxels of a ray, each with its density ρ and the
+/// length ℓ of the ray inside of it.
 pub fn eq4_transparency(extinction: f64, voxels: &[(f64, f64)]) -> f64 {
     let mut depth = 0.0;
     for (density, length) in voxels {
@@ -50,8 +50,8 @@ pub fn eq4_transparency_as_printed(extinction: f64, densities: &[f64]) -> f64 {
     libm::exp(-extinction * depth)
 }
 
-/// Eq. 6 to the letter, at a unit vector: for m < 0 the factor K_l^m has the signed m, so it is
-/// (l + |m|)! / (l − |m|)! times too large (errata F11). P has no Condon-Shortley phase; the print does not say.
+/// Eq. 6 to the letter, at a unit vector: for m < 0 the factor K_l^m has the signed m, so it is (l + |m|)! /
+/// (l − |m|)! times too large (errata F11). P has no Condon-Shortley phase; the print does not say.
 pub fn eq6_real_as_printed(l: u32, m: i32, direction: Vec3) -> f64 {
     let mut too_large = 1.0;
     if m < 0 {
@@ -62,8 +62,8 @@ pub fn eq6_real_as_printed(l: u32, m: i32, direction: Vec3) -> f64 {
     sh::y(l, m, direction) * too_large
 }
 
-/// Eq. 7 corrected: coefficients of a function on the sphere by its values at directions that are spread evenly, in
-/// `bands` bands, order l² + l + m. Each direction stands for 4π / N steradians (errata F8).
+/// Eq. 7 corrected: coefficients of a function on the sphere by its values at directions that are spread
+/// evenly, in `bands` bands, order l² + l + m. Each direction stands for 4π / N steradians (errata F8).
 pub fn eq7_project(bands: u32, values: &[(Vec3, f64)]) -> Vec<f64> {
     let mut coefficients = eq7_project_as_printed(bands, values);
     for coefficient in &mut coefficients {

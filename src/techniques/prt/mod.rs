@@ -57,14 +57,7 @@ pub static TECHNIQUE: Technique = Technique {
     scratch,
     enters: |values| Settings::read(values).subsurface != Subsurface::None,
     bake: Some(Bake {
-        passes: &[
-            "prt.visibility",
-            "prt.vectors",
-            "prt.matrices",
-            "prt.brdf",
-            "prt.bounced",
-            "prt.scattered",
-        ],
+        passes: &["prt.visibility", "prt.vectors", "prt.matrices", "prt.bounced", "prt.scattered"],
         stored,
         poses: |values| Settings::read(values).poses as u32,
     }),
